@@ -1,4 +1,4 @@
-"""From scans and odometry to an occupancy map: odometry, constraints, loop closure, pose graph."""
+"""Build an occupancy map from scans and odometry: dead reckoning, scan matching, loop closure, pose graph."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""The settings of the mapper; the defaults serve every sensor we have recordings of."""
+"""Settings of the mapper; the defaults serve every sensor we have recordings of."""
 
 from pydantic import Field
 

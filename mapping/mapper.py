@@ -49,24 +49,24 @@ from racecar.sensors.yaw_rate import YawRate
 
 
 class Mapper:
-    """Builds a map incrementally; scans, odometry and yaw rates come in the order of time.
+    """Builds a map incrementally from scans, odometry and yaw rates in time order.
 
-    May be read in other threads than the one that feeds it: what they get is taken between two measurements
-    and does not change any more. They wait for the scan at hand, which may close a loop for seconds. Where
-    `add_scan` raises, that scan is lost, and the rest is as if it had not come.
+    Other threads may read while one feeds it. They get a snapshot taken between two measurements, and wait
+    while a scan is processed, which may take seconds when a loop is closed. If `add_scan` raises, that scan
+    is dropped and the state is otherwise unchanged.
     """
 
     def __init__(self, config: MappingConfig, odometry_lag: int = 0, *, keep_clouds: bool = False) -> None:
-        """``odometry_lag`` in nanoseconds as far as it is known; it is learned as the car turns. With
-        ``keep_clouds`` the result has what a sensor with many rows saw at each keyframe."""
+        """``odometry_lag`` is the known lag in nanoseconds; it is refined as the car turns. With
+        ``keep_clouds`` the result contains the cloud of a multi-row sensor at each keyframe."""
         self._config = config
         self._state = MapperState.begin(config, odometry_lag)
         self._state.clouds = {} if keep_clouds else None
         self._lock = RLock()
-        """Held while anything of the state changes, and while it is read for others."""
+        """Held while the state is changed or read."""
 
     def __getstate__(self) -> tuple[MappingConfig, MapperState]:
-        """For a copy that another process finishes; to be pickled between two measurements."""
+        """State to pickle between two measurements, for a copy that another process finishes."""
         return self._config, self._state
 
     def __setstate__(self, state: tuple[MappingConfig, MapperState]) -> None:
@@ -75,14 +75,14 @@ class Mapper:
 
     @property
     def last_stamp(self) -> int | None:
-        """Nanoseconds, of the last scan."""
+        """Stamp of the last scan in nanoseconds."""
         with self._lock:
             stamps = self._state.drive.stamps
             return stamps[-1] if stamps else None
 
     @property
     def odometry_lag(self) -> KnownLag:
-        """By how much odometry is stamped later than scans, as far as it was learned."""
+        """Learned lag of odometry stamps after scan stamps."""
         with self._lock:
             return self._state.reckoning.odometry_lag.known
 
@@ -94,31 +94,30 @@ class Mapper:
 
     @property
     def turn_model(self) -> TurnModel:
-        """What the turns by wheels and gyroscope have proven to be worth so far."""
+        """Learned errors of the turns by wheels and gyroscope."""
         with self._lock:
             return self._state.reckoning.turns.model
 
     @property
     def growth(self) -> Growth:
-        """How much is mapped so far."""
+        """Size of the map so far."""
         with self._lock:
             return self._state.growth()
 
     def session(self) -> Session:
-        """Everything so far but the scans between keyframes."""
+        """The session so far, without the scans between keyframes."""
         with self._lock:
             return self._state.session().frozen()
 
     def seen_so_far(self) -> tuple[list[Rays], Pose, tuple[list[Rays], Pose]]:
-        """What `GrowingGrid` draws: what the keyframes (K) saw, their poses (K, 3), and what else counts
-        meanwhile."""
+        """Input of `GrowingGrid`: rays of the keyframes (K), their poses (K, 3), and temporary rays."""
         with self._lock:
             state = self._state
             return list(state.rays), state.map_from_keyframe.copy(), self._held_scans()
 
     def _held_scans(self) -> tuple[list[Rays], Pose]:
-        """What the latest scans between the first keyframes saw, and where (H, 3) these lie; none once there
-        are keyframes enough to show free space."""
+        """Rays and poses (H, 3) of the most recent scans between the first keyframes; none once there are
+        enough keyframes to show free space."""
         state = self._state
         if not state.held_rays:
             return [], np.zeros((0, 3))
@@ -127,25 +126,25 @@ class Mapper:
         return rays, state.guess_scans(np.array(latest, dtype=np.int64), state.map_from_keyframe)
 
     def quality_so_far(self) -> Callable[[], MapQuality]:
-        """The verdict on the map as it is now, at least one keyframe, without the optimization at the end;
-        found when called, in any thread while this mapper goes on."""
+        """A function that judges the current map, of at least one keyframe and without the final
+        optimization; it may be called in any thread while this mapper goes on."""
         with self._lock:
             now = finished_map_of(self._state, self._state.session().frozen())
         return partial(judge, now, self._config.quality)
 
     def add_odometry(self, odometry: Odometry) -> None:
-        """Take a sample of wheel odometry."""
+        """Add a wheel odometry sample."""
         with self._lock:
             self._state.reckoning.add_odometry(odometry)
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
-        """Take a sample of a gyroscope."""
+        """Add a gyroscope sample."""
         with self._lock:
             self._state.reckoning.add_yaw_rate(yaw_rate)
 
     def add_scan(self, scan: Scan) -> Pose:
-        """Take a scan; returns ``map_from_base`` (3,) as known now. Those of further lasers, which may show
-        nothing of what the first one does, are left out while no wheels report the motion between them."""
+        """Add a scan; returns the current ``map_from_base`` (3,). Scans of further lasers, which may not
+        overlap the first one's, are skipped while no wheels report the motion between them."""
         with self._lock:
             return self._take_scan(scan)
 
@@ -162,7 +161,7 @@ class Mapper:
         gap = gap_after(unknown_for, wheel_step, distance)
         is_new = state.reckoning.wheels_begin or (sees and not state.last_keyframe_sees)
         is_due = gap != Gap.NONE or guesses.reach(distance, angle) or is_new
-        # Where the laser is blind, keyframes carry what the wheels measure; without wheels there is nothing.
+        # While the laser is blind, keyframes follow the wheels; without wheels there is nothing to add.
         if self.last_stamp is None or (is_due and (sees or wheel_step is not None)):
             self._add_keyframe(scan, points, guesses, gap)
             return self._map_from_base(AT_KEYFRAME)
@@ -180,7 +179,7 @@ class Mapper:
     ) -> MappingResult:
         """Optimize the keyframes, refine every scan and render the grid.
 
-        With an ``earlier`` map this drive carries it on, and the result lies in its frame. Raises UserError
+        With an ``earlier`` map, this drive extends it, and the result is in its frame. Raises UserError
         without any scan, and NotRecognizedError when the drive is not recognized on the earlier map.
         """
         with self._lock:
@@ -218,12 +217,12 @@ class Mapper:
         if drawn.drawn_from_map is not None:
             session = session.moved(drawn.drawn_from_map)
             map_from_laser = compose(drawn.drawn_from_map, map_from_laser)
-            quality = self._judge(session)  # its sentences name places
+            quality = self._judge(session)  # its sentences contain map coordinates
         report(1.0)
         return result_of(state, session, map_from_laser, drawn, quality)
 
     def _hold(self, scan: Scan, points: NDArray[np.float64]) -> None:
-        """Keep the rays of a scan between keyframes, where these alone are too few to show free space."""
+        """Keep the rays of a scan between keyframes while there are too few of these to show free space."""
         state, config = self._state, self._config
         most = len(state.keyframes) * SCANS_PER_KEYFRAME
         if len(state.keyframes) < looks_until_free(config.rendering) and len(state.held_rays) < most:
@@ -234,7 +233,7 @@ class Mapper:
     ) -> None:
         state = self._state
         prepared = prepare_scan(points)
-        # A laser that meets nothing may be covered: its misses show no free space.
+        # A laser without returns may be covered: its misses show no free space.
         rays = rays_of(scan, points, self._config.rendering) if len(points) else Rays.none()
         with state.undone_on_failure():
             index = state.keyframes.add(prepared)
@@ -257,20 +256,20 @@ class Mapper:
             state.held_rays.clear()
         try:
             self._learn_and_optimize(index, step)
-        finally:  # the path grows with the keyframes whatever becomes of that
+        finally:  # the path must grow with the keyframes even on an error
             self._grow_submaps()
         self._trim(index)
 
     def _place(self, index: int, guesses: MotionGuesses, gap: Gap) -> tuple[Pose, GuessSource, Placement]:
-        """Place a new keyframe in the map; returns the motion (3,) of the reference since the one before,
-        which guess led there, and what the scans say of it."""
+        """Place a new keyframe; returns the motion (3,) of the reference since the last one, the guess that
+        led there, and the placement."""
         state = self._state
         has_wheels = state.reckoning.wheel_step() is not None
         repeats = gap == Gap.NONE and state.reckoning.wheels_repeat
         can_refute = repeats or self._sees_much(index)
-        if has_wheels and not can_refute:  # a few returns fit anywhere, and wheels that turn do not hang
+        if has_wheels and not can_refute:  # few returns fit anywhere, and wheels that turn do not hang
             guesses = guesses.first
-        elif gap == Gap.DRIVEN:  # over the gap scan odometry lost its way, if it could ever have known it
+        elif gap == Gap.DRIVEN:  # scan odometry is lost after a gap, if it ever could follow
             guesses = guesses.without(GuessSource.SCAN_ODOMETRY)
         poses, worth = state.map_from_keyframe, state.reckoning.worth(guesses.best)
         last = state.last_map_from_reference
@@ -291,9 +290,9 @@ class Mapper:
         return step, right, placed
 
     def _tie(self, index: int, step: Pose, placed: Placement) -> bool:
-        """Connect a new keyframe to those before, by scan matching unless it is lost, and by the wheels, as
-        loosely as the scans refute them; returns whether scan matching did so. With neither, the ``step``
-        (3,) to where it was placed holds it."""
+        """Connect a new keyframe to earlier ones by scan matching, unless it is lost, and by the wheels,
+        loosened if the scans refute them; returns whether scan matching succeeded. With neither, the ``step``
+        (3,) to its placement connects it."""
         state = self._state
         constraints: list[Constraint] = []
         if not placed.is_lost:
@@ -319,8 +318,8 @@ class Mapper:
         return len(self._state.keyframes.points_of(index)) >= MIN_SEARCH_POINTS
 
     def _learn_and_optimize(self, index: int, step: Pose) -> None:
-        """Learn what the wheels get wrong, and optimize the latest keyframes, each from time to time; the
-        last one is a ``step`` (3,) from that before."""
+        """From time to time, calibrate the wheels and optimize the most recent keyframes; the last one is a
+        ``step`` (3,) from the one before."""
         state = self._state
         if index % schedule.LAG_INTERVAL == 0:
             state.reckoning.learn_lag()
@@ -333,7 +332,7 @@ class Mapper:
                 state.map_from_keyframe = state.graph.optimize_since(state.map_from_keyframe, first)
 
     def _grow_submaps(self) -> None:
-        """Note the newest keyframe for loop closure, now and when a later drive carries on the map."""
+        """Add the newest keyframe to the submaps, for loop closure now and in later drives."""
         state, steps = self._state, self._state.map_from_reference[-2:]
         distance = float(np.hypot(*(steps[-1, :2] - steps[0, :2])))
         if state.loops.history.graph.add_keyframe(distance) is None:
@@ -343,7 +342,7 @@ class Mapper:
             self._close_loops()
 
     def _close_loops(self) -> None:
-        """Seek the submap that was just finished on the earlier ones."""
+        """Search for the submap just completed in earlier ones."""
         state = self._state
         with state.timed("loop closure"):
             closures = state.loops.close(state.map_from_keyframe)
@@ -357,7 +356,7 @@ class Mapper:
             )
 
     def _trim(self, index: int) -> None:
-        """Forget, from time to time, what is not needed any more, and lay together what is kept."""
+        """From time to time, drop what is no longer needed and compact the rest."""
         state = self._state
         if index % schedule.WINDOW_INTERVAL == 0:
             trim_scans(state, index)
@@ -368,12 +367,12 @@ class Mapper:
             state.reckoning.forget_old_scans()
 
     def _optimize_finally(self) -> None:
-        """Match all pairs of keyframes once more from where they are now, also with those of the first pass
-        through each place, but not where scans mislead; and solve the whole graph. As long as that bends the
-        path, what it teaches of the wheels, and so the guesses of the matches, can still become better.
+        """Match all pairs of keyframes again from their current poses, including the first pass through each
+        place but not where scans are misled, and solve the whole graph. Repeat while this bends the path:
+        better poses calibrate the wheels better, which improves the guesses.
 
-        Matching begins from the poses as they were found on the way. Solved once more before, by matches of
-        poor guesses, wrong ones may agree, and loops that are right be let go."""
+        Matching starts from the online poses: optimizing before, wrong matches might outvote right loops.
+        """
         state, config = self._state, self._config
         if len(state.keyframes) == 1:
             return
@@ -397,6 +396,6 @@ class Mapper:
                 break
 
     def _judge(self, session: Session) -> MapQuality:
-        """The verdict on the map of a drive, among the keyframes of all drives in ``session``."""
+        """The verdict on the map of a drive, given the ``session`` of all drives."""
         with self._state.timed("judging"):
             return judge(finished_map_of(self._state, session), self._config.quality)

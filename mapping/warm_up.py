@@ -1,4 +1,4 @@
-"""Compiling the mapper's kernels, or loading them from numba's cache, before the first scan comes."""
+"""Compile the mapper's kernels, or load them from numba's cache, before the first scan arrives."""
 
 import numpy as np
 
@@ -12,13 +12,13 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
 _SCANS, _TURN = 120, 0.06
-"""Scans and the radians of the way round from one to the next: more than a round, so that a loop closes."""
+"""Number of scans, and radians along the ring between them: more than a lap, so that a loop closes."""
 _PERIOD = 100_000_000
 """Nanoseconds between scans: those of a laser of ten scans a second, since all kernels serve any."""
 
 
 def warm_up() -> None:
-    """Map a drive round a room that closes a loop, so that the first scan is as fast as the rest."""
+    """Map a simulated lap that closes a loop, so that the first real scan is as fast as later ones."""
     config = MappingConfig()
     mapper = Mapper(config)
     room, bearings = _ring(), np.linspace(-2.3, 2.3, 1081)
@@ -34,7 +34,7 @@ def warm_up() -> None:
 
 
 def _ring() -> OccupancyGrid:
-    """A room of 8 × 6 m with a block in its middle and corners that differ."""
+    """A room of 8 × 6 m with a block in the middle and distinct corners."""
     cells = np.full((124, 164), OCCUPIED, dtype=np.int8)
     cells[2:-2, 2:-2] = FREE
     cells[46:78, 50:114] = OCCUPIED
@@ -44,6 +44,6 @@ def _ring() -> OccupancyGrid:
 
 
 def _place_on_the_ring(angle: float) -> Pose:
-    """Round the block in the middle of the room, counter-clockwise."""
+    """A pose on the ring around the block, counter-clockwise."""
     cos, sin = np.cos(angle), np.sin(angle)
     return np.array([4.0 + 2.6 * cos, 3.0 + 1.9 * sin, np.arctan2(1.9 * cos, -2.6 * sin)])

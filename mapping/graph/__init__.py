@@ -1,1 +1,1 @@
-"""The pose graph: constraints between keyframes, and their solution."""
+"""The pose graph: constraints between keyframes, and the optimizer."""

@@ -1,7 +1,7 @@
-"""Submaps as the nodes of a pose graph: rough, and solved quickly however long the drive was.
+"""A coarse pose graph of submaps, which is solved quickly however long the drive was.
 
-The keyframes nearest to the middle of a submap move as one. All constraints between two such groups are
-condensed to one, by a Gauss-Newton step from where the groups are now. Cf. Grisetti et al., "Hierarchical
+Each keyframe moves rigidly with the nearest submap centre. All constraints between two such groups are
+condensed into one, by a Gauss-Newton step at the current poses. Cf. Grisetti et al., "Hierarchical
 Optimization on Manifolds for Online 2D and 3D Mapping", ICRA 2010.
 """
 
@@ -16,22 +16,22 @@ from racecar.maps.geometry.se2 import Pose, adjoint, between, compose, interpola
 
 @dataclass(frozen=True, eq=False)
 class Groups:
-    """Which submap each keyframe moves with."""
+    """Assignment of keyframes to submaps."""
 
     middles: NDArray[np.int64]
-    """(M,) the keyframes in the middle of the submaps, ascending; at least one."""
+    """(M,) ascending indices of the keyframes at submap centres; at least one."""
     accumulated_drift: NDArray[np.float64]
-    """(K,) how much the path up to each keyframe may have drifted, in any unit that adds up."""
+    """(K,) accumulated drift along the path up to each keyframe, in any additive unit."""
 
     def nearest(self) -> NDArray[np.int64]:
-        """(K,) the group of each keyframe."""
+        """(K,) group of each keyframe."""
         before, after, share = self._neighbours()
         return np.where(share > 0.5, after, before)
 
     def carry(self, map_from_keyframe: Pose, map_from_middle: Pose) -> Pose:
-        """The keyframes' poses (K, 3), moved so that the middles lie at ``map_from_middle`` (M, 3).
+        """Move keyframe poses (K, 3) so that the submap centres are at ``map_from_middle`` (M, 3).
 
-        The correction of a keyframe is interpolated between those of the middles before and after it.
+        A keyframe's correction is interpolated between the centres before and after it.
         """
         before, after, share = self._neighbours()
 
@@ -42,7 +42,7 @@ class Groups:
         return interpolate(moved_with(before), moved_with(after), share)
 
     def _neighbours(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-        """The groups (K,) before and after each keyframe, and how far (K,) it lies between them: 0 to 1."""
+        """Groups (K,) before and after each keyframe, and its relative position (K,) between them: 0 to 1."""
         following = np.searchsorted(self.middles, np.arange(len(self.accumulated_drift)), side="right")
         before, after = np.maximum(following - 1, 0), np.minimum(following, len(self.middles) - 1)
         drift = self.accumulated_drift
@@ -54,11 +54,10 @@ class Groups:
 def between_groups(
     constraints: ConstraintList, map_from_keyframe: Pose, groups: Groups, match_loss_width: float
 ) -> list[Constraint]:
-    """The constraints between keyframes (K, 3) as constraints between their groups.
+    """Condense constraints between keyframes at poses (K, 3) into constraints between groups.
 
-    Loop closures connect middles and stay as they are. Scan matches are weighted by how well they fit now, as
-    by their Cauchy loss of ``match_loss_width`` standard deviations; what they are condensed to has no robust
-    loss any more.
+    Loop closures connect submap centres and are kept. Scan matches are weighted by their current Cauchy loss
+    with a width of ``match_loss_width`` standard deviations; the condensed constraints have no robust loss.
     """
     group = groups.nearest()
     is_loop = constraints.are("loop_closure")
@@ -79,7 +78,7 @@ def _condensed(
     middle: Pose,
     match_loss_width: float,
 ) -> list[Constraint]:
-    """One constraint for each pair of groups, with their middles at (M, 3), that any connect."""
+    """One constraint per pair of connected groups, whose centres are at (M, 3)."""
     edges = local.to_arrays()
     first, second = edges["keyframes"].T
     error = between(edges["poses"], between(map_from_keyframe[first], map_from_keyframe[second]))
@@ -87,7 +86,7 @@ def _condensed(
     squared = (error[:, None] @ information @ error[:, :, None])[:, :, 0]
     are_robust = local.are("scan_matching")[:, None]
     information = information / np.where(are_robust, 1.0 + squared / match_loss_width**2, 1.0)[:, :, None]
-    # Moving a group by delta in its middle's tangent frame changes the error to error + jacobian delta.
+    # Moving a group by delta in the tangent frame of its centre adds jacobian @ delta to the error.
     jacobian = adjoint(between(map_from_keyframe[second], middle[group[second]]))
     weighted = jacobian.transpose(0, 2, 1) @ information
     pairs, pair = np.unique(group[first] * len(middle) + group[second], return_inverse=True)

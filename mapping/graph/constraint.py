@@ -1,4 +1,4 @@
-"""What the pose graph is made of: a measured pose of one keyframe seen from another."""
+"""A constraint of the pose graph: the measured pose of one keyframe relative to another."""
 
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -13,9 +13,9 @@ from racecar.maps.geometry.se2 import Pose, between
 Kind = Literal["odometry", "scan_matching", "loop_closure"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 _ROWS, _COLUMNS = np.triu_indices(3)
-"""Of the upper half of a symmetric matrix (3, 3), which holds all of it by definition."""
+"""Indices of the upper triangle of a symmetric matrix (3, 3), which determines it by definition."""
 _OF_UPPER = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
-"""Which of the six numbers of that half each entry of the matrix is, by definition of symmetry."""
+"""Index of each matrix entry among the six of the upper triangle, by definition of symmetry."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,20 +25,20 @@ class Constraint:
     from_keyframe: int
     to_keyframe: int
     from_pose_to_pose: Pose
-    """(3,) the second keyframe's pose in the frame of the first."""
+    """(3,) pose of the second keyframe relative to the first."""
     information: NDArray[np.float64]
-    """(3, 3) in the tangent frame of the second pose, as gtsam's BetweenFactorPose2 has it."""
+    """(3, 3) in the tangent frame of the second keyframe, as in gtsam's BetweenFactorPose2."""
     kind: Kind
 
     def loosened(self, poses: Pose) -> "Constraint":
-        """The same as loose as poses (K, 3) contradict it: by one standard deviation at most."""
+        """A weaker copy, which poses (K, 3) violate by at most one standard deviation."""
         missed = between(self.from_pose_to_pose, between(poses[self.from_keyframe], poses[self.to_keyframe]))
         return replace(self, information=self.information / (1.0 + missed @ self.information @ missed))
 
 
 class ConstraintList:
-    """A growing list of constraints in a fifth of the memory that they take as objects. Information matrices
-    are symmetric, so only their upper halves are stored."""
+    """A growing list of constraints that takes a fifth of the memory of objects. Of the symmetric information
+    matrices, only the upper triangles are stored."""
 
     def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
         self._ends, self._kinds = array("i"), array("b")
@@ -64,7 +64,7 @@ class ConstraintList:
         return Constraint(first, second, np.array(pose), np.array(information)[_OF_UPPER], kind)
 
     def append(self, constraint: Constraint) -> None:
-        """Add one at the end."""
+        """Append a constraint."""
         self._ends.extend((constraint.from_keyframe, constraint.to_keyframe))
         self._poses.extend(constraint.from_pose_to_pose)
         self._information.extend(constraint.information[_ROWS, _COLUMNS])
@@ -72,44 +72,44 @@ class ConstraintList:
 
     @property
     def ends(self) -> NDArray[np.int32]:
-        """(C, 2) the keyframes that each connects."""
+        """(C, 2) keyframes that each constraint connects."""
         return np.array(self._ends, dtype=np.int32).reshape(-1, 2)
 
     def are(self, kind: Kind) -> NDArray[np.bool_]:
-        """(C,) whether each is of a kind."""
+        """(C,) whether a constraint is of this kind."""
         are: NDArray[np.bool_] = np.array(self._kinds, dtype=np.int8) == KINDS.index(kind)
         return are
 
     def chosen(self, indices: Sequence[int] | NDArray[np.int64]) -> "ConstraintList":
-        """Some of them, in that order."""
+        """The constraints at some indices, in that order."""
         return ConstraintList.from_arrays({name: rows[indices] for name, rows in self.to_arrays().items()})
 
     def among(self, keyframes: NDArray[np.bool_]) -> "ConstraintList":
-        """Those that lie between some of all keyframes (K,), which are numbered among themselves."""
+        """The constraints between the selected keyframes (K,), renumbered accordingly."""
         arrays, number = self.to_arrays(), np.cumsum(keyframes) - 1
         left = keyframes[arrays["keyframes"]].all(axis=1)
         chosen = {name: rows[left] for name, rows in arrays.items()}
         return ConstraintList.from_arrays({**chosen, "keyframes": number[chosen["keyframes"]]})
 
     def since(self, start: int) -> "ConstraintList":
-        """Those from number ``start`` on, at a cost that does not grow with those before."""
+        """The constraints from index ``start`` on; the cost does not depend on the earlier ones."""
         later = ConstraintList()
         later._ends, later._kinds = self._ends[2 * start :], self._kinds[start:]
         later._poses, later._information = self._poses[3 * start :], self._information[6 * start :]
         return later
 
     def copy(self) -> "ConstraintList":
-        """The same in memory of its own."""
+        """A deep copy."""
         return self.since(0)
 
     def cut(self, count: int) -> None:
-        """Forget those from number ``count`` on."""
+        """Truncate to ``count`` constraints."""
         del self._ends[2 * count :], self._kinds[count:]
         del self._poses[3 * count :], self._information[6 * count :]
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """``keyframes`` (C, 2) int32, ``poses`` (C, 3), ``information`` (C, 3, 3) and ``kinds`` (C,) int8,
-        the indices into ``KINDS``."""
+        indices into ``KINDS``."""
         return {
             "keyframes": self.ends,
             "poses": np.array(self._poses).reshape(-1, 3),
@@ -119,7 +119,7 @@ class ConstraintList:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "ConstraintList":
-        """The constraints that `to_arrays` wrote."""
+        """Rebuild a list from `to_arrays`."""
         constraints = cls()
         constraints._ends.frombytes(arrays["keyframes"].astype(np.int32).tobytes())
         constraints._poses.frombytes(arrays["poses"].astype(np.float64).tobytes())

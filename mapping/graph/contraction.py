@@ -1,10 +1,10 @@
-"""Contraction of the pose graph: keyframes go, and what their constraints said of the others stays.
+"""Contract the pose graph: remove keyframes while preserving what their constraints say about the others.
 
-A keyframe that goes is merged with the one that it is tied to most firmly, to which its other ties pass on,
-as loose as both in a row (Eade, Fong and Munich, "Monocular graph SLAM with complexity reduction", IROS
-2010). The poses of the ties are those of the solution, as in Carlevaris-Bianco and Eustice, "Long-term
-simultaneous localization and mapping with generic linear constraint node removal", IROS 2013, so that it
-stays the solution.
+A removed keyframe is merged into the neighbour with the most certain link, which inherits its other links
+with added covariance (Eade, Fong and Munich, "Monocular graph SLAM with complexity reduction", IROS 2010).
+Relative poses are taken from the solution, which therefore stays the same, as in Carlevaris-Bianco and
+Eustice, "Long-term simultaneous localization and mapping with generic linear constraint node removal", IROS
+2013.
 """
 
 from collections import defaultdict
@@ -19,13 +19,13 @@ from racecar.maps.geometry.se2 import Pose, adjoint, between, inverse
 
 _Tie = TypeVar("_Tie")
 _Ties = dict[int, dict[int, NDArray[np.float64]]]
-"""By both keyframes, either way: the covariance (3, 3) as a twist in the map, where those of ties in a row
+"""By both keyframes, in either order: covariances (3, 3) as twists in the map, where those of chained links
 add up (Barfoot and Furgale, "Associating uncertainty with three-dimensional poses", 2014)."""
 
 
 def contracted(constraints: ConstraintList, poses: Pose, is_left: NDArray[np.bool_]) -> ConstraintList:
-    """The constraints between the keyframes that are left (K,) of those at solved ``poses`` (K, 3), numbered
-    among themselves: those they have, and those that they inherit from the ones that go."""
+    """Constraints between the remaining keyframes (K,), renumbered, at solved ``poses`` (K, 3): their own and
+    those inherited from removed ones."""
     left, number = list(constraints.among(is_left)), (np.cumsum(is_left) - 1).tolist()
     tied = {(min(pair), max(pair)) for pair in constraints.ends.tolist()}
     ties = _ties(constraints, poses)
@@ -40,7 +40,7 @@ def contracted(constraints: ConstraintList, poses: Pose, is_left: NDArray[np.boo
 
 
 def _ties(constraints: ConstraintList, poses: Pose) -> _Ties:
-    """The firmest constraint of each pair."""
+    """The most certain constraint of each pair."""
     arrays = constraints.to_arrays()
     second_from_map = adjoint(inverse(poses[arrays["keyframes"][:, 1]]))
     in_map = np.swapaxes(second_from_map, 1, 2) @ arrays["information"] @ second_from_map
@@ -58,11 +58,11 @@ def ties_passed_on(
     looseness: Callable[[int, int, _Tie], Any],
     in_a_row: Callable[[_Tie, _Tie], _Tie],
 ) -> Iterator[tuple[int, int, _Tie]]:
-    """The ties between the nodes that are left (N,), by rising pairs, once all others have gone in turn.
+    """Yield the links between the remaining nodes (N,), in ascending pairs, after removing all others in
+    turn.
 
-    Each passes on its ties to the one, rather of those that are left, to which it is tied least loosely: by
-    ``looseness`` of a node, another and their tie. Where that one has a tie already, it is kept. ``ties``, by
-    both nodes, either way, are used up.
+    A removed node passes its links to a neighbour, if possible a remaining one: that of least ``uncertainty``
+    of both nodes and their link. Links that it has are kept. Consumes ``links``.
     """
     for going in np.flatnonzero(~is_left).tolist():
         of_going = ties.pop(going, {})

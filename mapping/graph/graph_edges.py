@@ -1,9 +1,9 @@
-"""The constraints of a pose graph as arrays, and how far the solution is from each.
+"""Constraints of a pose graph as arrays, with their residuals in the solution.
 
-The information that constraints state is scaled by what residuals prove: the mean squared residual of a kind,
-in its standard deviations, is one where the statement is honest (Bar-Shalom, Li and Kirubarajan, "Estimation
-with Applications to Tracking and Navigation", 2001, section 5.4, normalized estimation error). And none is
-worth more than its own residual allows: where the map is torn, the matches across the tear contradict it.
+The stated information is scaled by the residuals: for an honest covariance, the mean squared residual of a
+kind, in standard deviations, is one (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to
+Tracking and Navigation", 2001, section 5.4, normalized estimation error). No constraint gets more than its
+own residual allows: where the map is torn, the matches across the tear contradict it.
 """
 
 from dataclasses import dataclass
@@ -17,22 +17,22 @@ from racecar.maps.geometry.se2 import Pose, between
 
 @dataclass(frozen=True, eq=False)
 class GraphEdges:
-    """C constraints."""
+    """C constraints as arrays."""
 
     ends: NDArray[np.int64]
-    """(C, 2) the keyframes they connect."""
+    """(C, 2) keyframes that they connect."""
     measured: Pose
-    """(C, 3) the second keyframe seen from the first."""
+    """(C, 3) measured pose of the second keyframe relative to the first."""
     errors: Pose
-    """(C, 3) the solved pose of the second keyframe seen from the measured one."""
+    """(C, 3) residuals: the solved pose of the second keyframe relative to the measured one."""
     information: NDArray[np.float64]
-    """(C, 3, 3) in the tangent frame of the second keyframe, scaled by what the residuals prove."""
+    """(C, 3, 3) in the tangent frame of the second keyframe, scaled by the residuals."""
     kinds: NDArray[np.int8]
     """(C,) indices into `KINDS`."""
 
     @classmethod
     def of(cls, constraints: ConstraintList, poses: Pose) -> "GraphEdges":
-        """Of a graph whose keyframes were solved to lie at (K, 3)."""
+        """Build from a graph with keyframes solved to (K, 3)."""
         arrays = constraints.to_arrays()
         ends, kinds = arrays["keyframes"].astype(np.int64), arrays["kinds"]
         information = arrays["information"]
@@ -45,17 +45,16 @@ class GraphEdges:
         return cls(ends, arrays["poses"], errors, information * scale[:, None, None], kinds)
 
     def are(self, kind: Kind) -> NDArray[np.bool_]:
-        """(C,) whether each is of a kind."""
+        """(C,) whether a constraint is of this kind."""
         are: NDArray[np.bool_] = self.kinds == KINDS.index(kind)
         return are
 
     def step_variances(self, first: int, end: int) -> NDArray[np.float64]:
-        """(N, 2) square metres of place and square radians of turn that the steps to keyframes from ``first``
-        to before ``end`` may err.
+        """(N, 2) variances of the steps to keyframes from ``first`` to before ``end``: square metres of
+        position and square radians of heading.
 
-        A constraint over several steps says of each its share. Were the errors of all of them independent,
-        those that span the same steps would say as many times more; but they match the same scans, and err
-        alike.
+        A constraint over several steps is divided equally among them. If errors were independent, constraints
+        over the same steps would add up. But they match the same scans, and their errors are correlated.
         """
         steps = np.where(self.are("loop_closure"), -1, self.ends[:, 1] - first)
         counted = (steps >= 0) & (steps < end - first)
@@ -64,6 +63,6 @@ class GraphEdges:
         variances = np.column_stack([covariances[:, 0, 0] + covariances[:, 1, 1], covariances[:, 2, 2]])
         worth = np.zeros((end - first, 2))
         np.add.at(worth, steps[counted], spans[:, None] / variances)
-        tied = worth[:, 0] > 0.0  # all but the first keyframe of a drive
+        tied = worth[:, 0] > 0.0  # false for the first keyframe of a drive
         worth[~tied] = np.inf
         return 1.0 / worth

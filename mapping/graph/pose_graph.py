@@ -1,10 +1,10 @@
-"""The pose graph: keyframes as nodes, constraints as edges, solved by GTSAM.
+"""The pose graph: keyframes are nodes, constraints are edges, and GTSAM optimizes it.
 
-Scan matches and loop closures have a Cauchy loss, which is annealed: wide at first, so that true ones far
-from the present estimate still pull, and those that agree pull together; and narrow in the end, so that false
-ones lose their influence (graduated non-convexity: Blake and Zisserman, 1987). Wheels have a Huber loss over
-steps that scans were matched across, so that they yield where they slip; where wheels are all there is, a
-robust chain would tear at one link instead of sharing out the error.
+Scan matches and loop closures have a Cauchy loss that is annealed (graduated non-convexity: Blake and
+Zisserman, 1987). It is wide at first, so that correct ones far from the estimate still pull together, and
+narrow in the end, so that false ones lose their influence. Wheels have a Huber loss over steps with a scan
+match, so that they yield where they slip. Where wheels are all there is, a robust chain would tear at one
+edge instead of distributing the error.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,50 +19,49 @@ from racecar.maps.geometry.se2 import Pose, are_apart, between, compose
 
 _Loss = gtsam.noiseModel.mEstimator
 _ANCHOR_SIGMA = 1e-4
-"""Metres and radians of the prior on the first pose: small beside any measurement, so that it stays where it
-is, and large enough for the equations to remain well conditioned."""
+"""Metres and radians of the prior on the first pose: small compared with any measurement, so that it stays
+fixed, and large enough for the equations to remain well conditioned."""
 _LOSS_WIDTHS = (30.0, 5.0, 1.0)
-"""Standard deviations that the Cauchy loss of loop closures is wide, one solution after the other: annealed,
-because true ones far from the first estimate are let go when it is narrow at once, however well they agree;
-the three steps are by judgement. In the end, one that misses by one standard deviation counts half."""
+"""Widths of the loop closures' Cauchy loss in standard deviations, for successive solutions. It is annealed,
+because a narrow loss would drop correct closures far from the first estimate, however well they agree; the
+three steps are chosen by judgement. In the end, a residual of one standard deviation halves the weight."""
 _WIDEST_MATCH_LOSS = 5.0
-"""The same of scan matches at most, since they begin nearer to the estimate. Measured on a drive whose first
-wheel steps turned too far: with 1 a wall is drawn twice, with 5 as with 30 once."""
+"""Upper limit of the same for scan matches, since they start closer to the estimate. Measured on a drive
+whose first wheel steps turned too far: with 1 a wall is drawn twice, with 5 as with 30 once."""
 _WHEEL_LOSS_WIDTH = 1.345
-"""The same of the Huber loss of wheels where scans were matched too: there the estimate of Gaussian errors is
-95 % as good as the best (Huber, 1981)."""
+"""Width of the wheels' Huber loss where scans were matched too: 95 % efficient for Gaussian errors (Huber,
+1981)."""
 _TOLERANCE, _ROUGH_TOLERANCE = 1e-4, 1e-3
-"""Relative decrease of the error at which Levenberg-Marquardt stops, by judgement, and while the drive goes
-on, because poses to a few centimetres are enough then."""
+"""Relative decrease of the error at which Levenberg-Marquardt stops, at the end and during the drive, because
+then centimetres suffice; chosen by judgement."""
 _MOST_SOLVED_SINGLY = 4000
-"""The latest keyframes that are solved one by one while the drive goes on; those before move by groups.
-Measured on simulated kilometres (pytest -m slow, test_kilometres): with 1000 a loop came out 0.28 m off, with
-4000 it stays below the bar of 0.25 m; solving all takes seconds."""
+"""Most recent keyframes that are solved individually during the drive; earlier ones move in groups. Measured
+on simulated kilometres (pytest -m slow, test_kilometres): with 1000 a loop came out 0.28 m off, with 4000 it
+stays below the bar of 0.25 m; solving all takes seconds."""
 _STRAINED = (0.15, 0.03)
-"""Metres and radians by which a new loop closure contradicts the poses so that the graph is solved anew. By
-judgement: three cells of the map."""
+"""Metres and radians by which a new loop closure must contradict the poses to trigger an optimization. Chosen
+by judgement: three cells of the map."""
 _REFUTED = (0.3, 0.06)
-"""The same by which the final solution contradicts a loop closure that is then dropped. By judgement: twice
-what is worth a new solution."""
+"""The same for dropping a loop closure that contradicts the final solution. Chosen by judgement: twice the
+trigger of an optimization."""
 
 
 class PoseGraph:
-    """Constraints between keyframes.
+    """Constraints between keyframes, with an optimizer.
 
-    Their factors are built for each solution, which takes at most a seventh of the time of solving; kept,
-    they would take twice the memory of the constraints.
+    Factors are rebuilt for each optimization, which takes at most a seventh of the solving time; storing them
+    would take twice the memory of the constraints.
     """
 
     def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
         self.constraints = ConstraintList(constraints)
 
     def add(self, constraint: Constraint) -> None:
-        """Take a constraint into the graph; all but loop closures come in the order of their second
-        keyframes."""
+        """Add a constraint; all but loop closures must be in order of their second keyframes."""
         self.constraints.append(constraint)
 
     def followed_by(self, constraints: Iterable[Constraint]) -> "PoseGraph":
-        """Another graph with further constraints; this one stays as it is."""
+        """A new graph with further constraints; this one is not changed."""
         graph = PoseGraph()
         graph.constraints = self.constraints.copy()
         for constraint in constraints:
@@ -70,13 +69,13 @@ class PoseGraph:
         return graph
 
     def since(self, first: int) -> ConstraintList:
-        """The constraints of keyframes from ``first`` on with these and earlier ones."""
+        """Constraints that keyframes from ``first`` on have with each other and with earlier ones."""
         return self.constraints.since(self._start_of(first))
 
     def trim(self, is_kept: NDArray[np.bool_], first: int) -> None:
-        """Of the constraints between two keyframes from ``first`` on whose scans are not kept, (K,), leave
-        only loop closures and matches of neighbours. The constraints from there on are then sorted by their
-        second keyframes."""
+        """Drop constraints between keyframes from ``first`` on whose scans are not kept, (K,), except loop
+        closures and matches of neighbours. The constraints from there on are then sorted by their second
+        keyframes."""
         start, ends = self._start_of(first), self.constraints.ends
         are_neighbours = (ends[:, 1] == ends[:, 0] + 1) & self.constraints.are("scan_matching")
         is_worth = is_kept[ends].any(axis=1) | are_neighbours | self.constraints.are("loop_closure")
@@ -85,17 +84,16 @@ class PoseGraph:
         self.constraints = self.constraints.chosen(np.append(np.arange(start), left))
 
     def optimize(self, poses: Pose) -> Pose:
-        """The poses (K, 3) that agree best with all constraints; the first one stays where it is."""
+        """Optimize all poses (K, 3); the first one is fixed."""
         return self._anneal(poses, _LOSS_WIDTHS, _TOLERANCE)
 
     def optimize_roughly(self, poses: Pose, first: int = 0) -> Pose:
-        """The same to a few centimetres, enough while the drive goes on; keyframes before ``first`` stay
-        where they are."""
+        """Optimize to a few centimetres, enough during the drive; keyframes before ``first`` are fixed."""
         return self._anneal(poses, _LOSS_WIDTHS[:2], _ROUGH_TOLERANCE, first)
 
     def optimize_by_groups(self, poses: Pose, groups: Groups) -> Pose:
-        """`optimize_roughly`, but of very many keyframes only the latest are solved one by one, after all
-        have been moved by groups."""
+        """Like `optimize_roughly`, but only the most recent of very many keyframes are solved individually,
+        after all have moved in groups."""
         first = max(len(poses) - _MOST_SOLVED_SINGLY, 0)
         if first > 0:
             coarse = between_groups(self.constraints, poses, groups, _LOSS_WIDTHS[-1])
@@ -104,10 +102,9 @@ class PoseGraph:
         return self.optimize_roughly(poses, first)
 
     def optimize_since(self, poses: Pose, first: int = 0) -> Pose:
-        """`optimize` for the keyframes from ``first`` on, where nothing needs to be annealed any more; those
-        before stay where they are.
+        """Optimize keyframes from ``first`` on without annealing; those before are fixed.
 
-        The poses may be those of the first keyframes only.
+        The poses may be a prefix of all keyframes.
         """
         return self._anneal(poses, _LOSS_WIDTHS[-1:], _TOLERANCE, first)
 
@@ -130,7 +127,7 @@ class PoseGraph:
     def _local_graph(
         self, among: Sequence[Constraint], match_width: float, poses: Pose, first: int
     ) -> gtsam.NonlinearFactorGraph:
-        """All but the loop closures, scan matches with a loss of that width."""
+        """All factors but loop closures; scan matches have a loss of this width."""
         graph, are_matched = gtsam.NonlinearFactorGraph(), _matched_steps(among, len(poses))
         of_matches = _Loss.Cauchy.Create(match_width)
         of_wheels = _Loss.Huber.Create(_WHEEL_LOSS_WIDTH)
@@ -145,18 +142,18 @@ class PoseGraph:
         return graph
 
     def _among(self, first: int, end: int) -> list[Constraint]:
-        """The constraints of keyframes from ``first`` on and before ``end``, the latest first."""
+        """Constraints of keyframes from ``first`` to before ``end``, latest first."""
         later = self.since(first)
         latest = later.ends[:, 1]
         return list(later.chosen(np.flatnonzero((first <= latest) & (latest < end))[::-1]))
 
     def _start_of(self, first: int) -> int:
-        """Where the constraints of keyframes from ``first`` on begin."""
+        """Index of the first constraint of keyframes from ``first`` on."""
         are_before = (self.constraints.ends[:, 1] < first) & ~self.constraints.are("loop_closure")
         return int(np.max(np.flatnonzero(are_before), initial=-1)) + 1
 
     def optimize_finally(self, poses: Pose, *, are_near: bool = False) -> Pose:
-        """Optimize, and once more without the loop closures that the solution refutes. Poses (K, 3) that
+        """Optimize, then once more without the loop closures that the solution contradicts. Poses (K, 3) that
         ``are_near`` the solution need no annealing."""
         poses = self.optimize_since(poses) if are_near else self.optimize(poses)
         loops = np.flatnonzero(self.constraints.are("loop_closure")).tolist()
@@ -167,10 +164,10 @@ class PoseGraph:
         return self.optimize_finally(poses, are_near=True)
 
     def close(self, closures: Sequence[Constraint], poses: Pose, groups: Groups, tied_until: int = 0) -> Pose:
-        """Take loop closures into the graph; where they strain the poses (K, 3), optimize these roughly.
+        """Add loop closures; if they contradict the poses (K, 3), optimize these roughly.
 
-        At first only those from keyframe ``tied_until`` on, which costs the same however long the drive was;
-        if that leaves a closure strained, all.
+        At first only keyframes from ``tied_until`` on, at a cost independent of the length of the drive; all
+        of them if a closure is still contradicted.
         """
         for closure in closures:
             self.add(closure)
@@ -180,12 +177,12 @@ class PoseGraph:
 
 
 def are_strained(closures: Iterable[Constraint], poses: Pose) -> bool:
-    """Does any loop closure contradict the poses (K, 3) so much that it is worth optimizing anew?"""
+    """Whether any loop closure contradicts the poses (K, 3) enough to optimize again."""
     return any(_is_contradicted(closure, poses, _STRAINED) for closure in closures)
 
 
 def _matched_steps(constraints: Iterable[Constraint], end: int) -> NDArray[np.bool_]:
-    """(end,) whether scans were matched across the step to each keyframe from the one before."""
+    """(end,) whether scans were matched across the step from the previous keyframe."""
     change = np.zeros(end + 1, dtype=np.int64)
     for constraint in constraints:
         if constraint.kind == "scan_matching":
@@ -196,7 +193,7 @@ def _matched_steps(constraints: Iterable[Constraint], end: int) -> NDArray[np.bo
 
 
 def _is_contradicted(constraint: Constraint, poses: Pose, limits: tuple[float, float]) -> bool:
-    """Do the poses (K, 3) contradict a constraint by more than ``limits``, metres and radians?"""
+    """Whether the poses (K, 3) violate a constraint by more than ``limits`` in metres and radians."""
     solved = between(poses[constraint.from_keyframe], poses[constraint.to_keyframe])
     return are_apart(constraint.from_pose_to_pose, solved, limits)
 
@@ -216,10 +213,10 @@ def _factor(
 
 
 def _ordering(keyframes: range, ends: Iterable[tuple[int, int]]) -> gtsam.Ordering:
-    """The order in which keyframes are eliminated, by nested dissection (Karypis and Kumar, 1998). For a
-    drive that has passed the same places for hours it takes a tenth of the time of gtsam's default, COLAMD.
+    """Elimination order by nested dissection (Karypis and Kumar, 1998). If a drive passes the same places for
+    hours, it takes a tenth of the time of gtsam's default, COLAMD.
 
-    METIS crashes on a keyframe that no constraint connects to another, so each is connected to the next.
+    METIS crashes on unconnected keyframes, so each is connected to the next.
     """
     graph = gtsam.SymbolicFactorGraph()
     graph.push_factor(keyframes[0])

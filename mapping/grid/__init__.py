@@ -1,1 +1,1 @@
-"""The occupancy grid rendered from keyframes and their poses."""
+"""Render an occupancy grid from keyframes and their poses."""

@@ -16,7 +16,7 @@ from racecar.maps.settings import Settings
 
 
 def _rising(numbers: tuple[float, ...]) -> tuple[float, ...]:
-    """The same; ValueError unless each of the second half is above its like in the first."""
+    """Validate that the second half is above the first, element by element; raises ValueError."""
     half = len(numbers) // 2
     if any(low >= high for low, high in zip(numbers[:half], numbers[half:], strict=True)):
         raise ValueError("not in order")
@@ -24,27 +24,27 @@ def _rising(numbers: tuple[float, ...]) -> tuple[float, ...]:
 
 
 _Metres = Annotated[float, Field(ge=-1e7, le=1e7)]
-"""Within a quarter of the earth's circumference, since no map is larger."""
+"""Bounded by a quarter of the earth's circumference, since no map is larger."""
 _Box = Annotated[tuple[_Metres, _Metres, _Metres, _Metres], AfterValidator(_rising)]
-"""Least x, least y, largest x, largest y by definition."""
+"""Smallest x, smallest y, largest x, largest y by definition."""
 _Span = Annotated[tuple[Annotated[float, Field(ge=0.0)], float], AfterValidator(_rising)]
-"""Seconds, the earlier first by definition."""
+"""Start and end in seconds by definition."""
 _EXPECTED = {
     "turn": "it should be radians, at most a whole turn, or walls",
     "crop": "it should be a box, the least x, least y, largest x and largest y in metres, or driven",
     "origin": "it should be x and y in metres, or corner",
     "left_out": "it should be spans of two seconds each, the earlier first",
 }
-"""What a setting of several kinds may be, in a clause, because pydantic has a line for each kind."""
+"""Accepted values of union settings, as a clause, because pydantic has a line for each member."""
 
 
 class RenderingConfig(Settings):
     """What a scan says about the cells along its rays; which part of the map is drawn, in which frame, and as
     what kind of image.
 
-    The map is turned, then cropped, then shifted to its origin: the numbers of ``crop`` and ``origin`` are of
-    the map as it is turned. Where a map is carried on, its frame stays: ``turn`` and ``origin`` are for the
-    first drive, or for rendering it again.
+    The map is rotated, then cropped, then shifted to its origin: ``crop`` and ``origin`` are coordinates of
+    the rotated map. If a map is extended, its frame stays: ``turn`` and ``origin`` are for the first drive,
+    or for rendering it again.
     """
 
     hit_probability: float = Field(
@@ -126,7 +126,7 @@ class RenderingConfig(Settings):
     def _say_what_is_expected(
         cls, value: object, validate: ValidatorFunctionWrapHandler, info: ValidationInfo
     ) -> object:
-        """Raises ValueError with that."""
+        """Replace pydantic's message by that of `_EXPECTED`; raises ValueError."""
         try:
             valid: object = validate(value)
         except ValidationError as error:

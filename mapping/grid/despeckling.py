@@ -1,8 +1,8 @@
-"""Despeckling: blobs of the size of a person that few keyframes saw may have been somebody walking by.
+"""Remove specks: person-sized blobs seen by few keyframes may have been people.
 
-What crosses the view is looked through sooner or later and fades by itself. What is hidden again before that,
-behind a door frame or a shelf, leaves its outline; nothing distinguishes it from a wall but that it is small,
-isolated and was seen only briefly. Such cells become unknown.
+Beams sooner or later pass through what moves across open view, and it fades by itself. What is soon occluded
+again, by a door frame or a shelf, leaves an outline. It differs from a wall only in being small, isolated and
+briefly seen. Such cells become unknown.
 """
 
 from collections.abc import Iterable
@@ -16,20 +16,20 @@ from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN
 from racecar.maps.grid.tiled_grid import TILE, Tile, TiledGrid
 
 _ENOUGH_KEYFRAMES = 8
-"""Keyframes that must have seen a blob for it to stay. By judgement: 2 m of path and more; pytest
+"""Keyframes that must have seen a blob to keep it. Chosen by judgement: 2 m of path and more; pytest
 tests/simulated/test_hard_places.py checks it with simulated people."""
 _TOUCHING = np.ones((3, 3), dtype=np.bool_)
-"""Cells that touch, or have up to two cells between them, are of one blob, because both grow by one to each
-side and what touches then belongs together."""
+"""Neighbourhood for dilation by one cell: cells with up to two cells between them become one blob, because
+both grow by one to each side and then touch."""
 _REACH = 3
-"""Cells from one to the next of a blob at most, since up to two may lie between them."""
+"""Distance in cells within a blob at most, since up to two may lie between."""
 
 
 def despeckled(
     grid: TiledGrid, returns: Iterable[NDArray[np.float64]], keyframes: int, largest: float
 ) -> TiledGrid:
-    """The grid with its specks unknown, which are ``largest`` metres long at most, by the returns (N, 2) in
-    the map that each of the keyframes drew."""
+    """Make specks of at most ``largest`` metres unknown, given the returns (N, 2) in the map of each
+    keyframe."""
     blobs = _small_blobs(grid, largest)
     if not blobs:
         return grid
@@ -39,7 +39,7 @@ def despeckled(
     numbers, looks = _number(grid, cells), np.zeros(len(blobs), dtype=np.int64)
     for points in returns:
         seen = grid.cell_of(points)
-        seen = _number(grid, seen[grid.contains(seen)])  # a cropped grid has not all of them
+        seen = _number(grid, seen[grid.contains(seen)])  # a cropped grid lacks some of them
         nearest = np.minimum(np.searchsorted(numbers, seen), len(numbers) - 1)
         looks[np.unique(blob_of_cell[nearest[numbers[nearest] == seen]])] += 1
     is_speck = looks < min(_ENOUGH_KEYFRAMES, keyframes // 2)
@@ -47,9 +47,9 @@ def despeckled(
 
 
 def _small_blobs(grid: TiledGrid, max_size: float) -> list[NDArray[np.int64]]:
-    """(N, 2) row and column of the cells of each blob whose sides are at most so many metres long.
+    """(N, 2) row and column of the cells of each blob up to ``max_size`` metres wide and high.
 
-    Each is found in the tile with the first of its cells, of which a margin shows all that it could be.
+    Each is found in the tile with its first cell, with a margin that shows its full possible extent.
     """
     margin = int(max_size / grid.resolution) + 1 + _REACH
     blobs = []
@@ -71,12 +71,12 @@ def _small_blobs(grid: TiledGrid, max_size: float) -> list[NDArray[np.int64]]:
 
 
 def _number(grid: TiledGrid, cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(N,) a number for each of the grid's cells (N, 2)."""
+    """(N,) unique numbers of cells (N, 2) of the grid."""
     return cells[:, 0] * grid.width + cells[:, 1]
 
 
 def _without(grid: TiledGrid, cells: NDArray[np.int64]) -> TiledGrid:
-    """The grid, with some cells (N, 2) unknown."""
+    """The grid with some cells (N, 2) set to unknown."""
     tiles = dict(grid.tiles)
     places, which = np.unique(cells // TILE, axis=0, return_inverse=True)
     for k, place in enumerate(places.tolist()):

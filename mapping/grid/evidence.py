@@ -1,4 +1,4 @@
-"""How many scans hit and passed each cell, counted in tiles that exist where beams came."""
+"""Hits and passes of each cell, counted in tiles that are allocated where beams go."""
 
 from collections.abc import Callable, Iterable, Sequence
 
@@ -15,20 +15,20 @@ Box = tuple[slice, slice]
 
 
 class Evidence:
-    """Counts of scans whose rows and columns may be any; it belongs to one thread."""
+    """Counts of scans at arbitrary rows and columns; not thread-safe."""
 
     def __init__(self, config: RenderingConfig, most_tiles: int = 0) -> None:
-        """With memory set aside for ``most_tiles``, which is taken as they are used; else it grows, which
-        takes twice the memory for a moment."""
+        """Reserve memory for ``most_tiles``, committed when used. Without it the counts are reallocated as
+        they grow, which briefly takes twice the memory."""
         self._config = config
         self._index: NDArray[np.int32] = np.zeros((0, 0), dtype=np.int32)
-        """(tile rows, tile columns) which of the tiles of the counts each is, -1 where there is none."""
+        """(tile rows, tile columns) indices into the counts, -1 for tiles that do not exist."""
         self._first = Tile(0, 0)
-        """The first of the index."""
+        """Tile at the origin of the index."""
         self._hits, self._passes = _no_counts(most_tiles), _no_counts(most_tiles)
         """(T, TILE, TILE)"""
         self._used = np.zeros(1, dtype=np.int64)
-        """(1,) how many of the T there are; of the others, memory is set aside."""
+        """(1,) number of used tiles; the rest of T is reserved."""
         self._marks: NDArray[np.int32] = np.zeros((0, 0), dtype=np.int32)
         self._mark = 0
 
@@ -38,14 +38,14 @@ class Evidence:
         returns: Sequence[int],
         within: Box | None = None,
     ) -> None:
-        """Count the cells that scans (K) hit and passed, all or those ``within`` some rows and columns.
+        """Count the cells that scans (K) hit and passed, optionally only ``within`` some rows and columns.
 
-        Of what a scan ``touched``, (N + 1, 2) column and row in fractions of cells, the first are ``returns``
-        (K), and the last is the laser; between are the ends of misses. It may be asked for twice, since that
-        of a day's scans takes hundreds of megabytes.
+        ``touched`` gives fractional column and row (N + 1, 2) of a scan: the first are ``returns`` (K), then
+        the ends of misses, and last the laser. It may be called twice per scan, since results for a day's
+        scans take hundreds of megabytes.
 
-        Returns come first, because a miss ends where they show a wall: it may have been lost there, on glass
-        or black paint, and shows nothing of what lies behind.
+        Returns are counted first, because a miss ends at a wall that they show: its beam may have been lost
+        there, on glass or black paint, and says nothing about what is behind.
         """
         with_misses = []
         for scan, count in enumerate(returns):
@@ -61,14 +61,14 @@ class Evidence:
                 cast_misses(cells[-1], cells[:-1], returns[scan], float(-hit / passed), canvas)
 
     def settle(self) -> None:
-        """Let what was counted so far be no surer than a later drive can soon refute, before that is counted:
-        clamped, evidence is forgotten where something contradicts it and nowhere else (Yguel, Aycard and
-        Laugier, "Update policy of dense maps", 2008)."""
+        """Clamp the evidence so far, so that a later drive can soon overrule it. Clamped evidence is
+        forgotten where something contradicts it and nowhere else (Yguel, Aycard and Laugier, "Update policy
+        of dense maps", 2008)."""
         for number in range(int(self._used[0])):
             settle(self._hits[number], self._passes[number], self._config)
 
     def cells(self, tiles: Iterable[Tile] | None = None) -> dict[Tile, NDArray[np.int8]]:
-        """Percent occupied, or unknown, of the cells of each tile, or of some as far as there are such."""
+        """Percent occupied, or unknown, of the cells of each tile, optionally only of some tiles."""
         numbers = self._numbers()
         known = numbers if tiles is None else [tile for tile in tiles if tile in numbers]
         return {
@@ -77,7 +77,7 @@ class Evidence:
         }
 
     def copy_of(self, tiles: Iterable[Tile]) -> "Evidence":
-        """The evidence in some tiles, for more to be counted on it without changing this."""
+        """A copy of the evidence in some tiles, for counting without changing this one."""
         numbers = self._numbers()
         known = [tile for tile in tiles if tile in numbers]
         copy = Evidence(self._config)
@@ -98,8 +98,8 @@ class Evidence:
         return dict(zip(tiles, numbers, strict=True))
 
     def _canvas(self, cells: NDArray[np.float64], within: Box | None) -> Canvas | None:
-        """What the next scan is counted on, by what it touches, after room was made for it; None where
-        nothing of that is counted."""
+        """The canvas for the next scan, given what it touches, after allocating tiles; None where nothing is
+        counted."""
         rows, columns = box_of(cells)
         if within is not None:
             rows, columns = _common(rows, within[0]), _common(columns, within[1])
@@ -118,7 +118,7 @@ class Evidence:
         return Canvas(self._mark, window, self._first, self._index, self._marks, *counts)
 
     def _reach_over(self, rows: slice, columns: slice) -> int:
-        """Let the index reach over some rows and columns of tiles; how many of these there are not yet."""
+        """Extend the index to some rows and columns of tiles; returns how many of them do not exist yet."""
         if self._index.size == 0:
             self._first = Tile(rows.start, columns.start)
         before = [max(0, self._first.row - rows.start), max(0, self._first.column - columns.start)]
@@ -134,7 +134,7 @@ class Evidence:
         return int(np.count_nonzero(part < 0))
 
     def _set_aside(self, tiles: int) -> None:
-        """Set memory aside for so many tiles."""
+        """Reserve memory for this many tiles."""
         if tiles <= len(self._hits):
             return
         used, hits, passes = int(self._used[0]), self._hits, self._passes
@@ -143,14 +143,14 @@ class Evidence:
 
 
 def box_of(cells: NDArray[np.float64]) -> Box:
-    """The rows and columns that a scan touches, from the ends of its beams (N, 2), column and row."""
+    """Rows and columns touched by a scan, from the ends of its beams (N, 2), column and row."""
     first = np.floor(cells.min(axis=0)).astype(np.int64)
     until = np.floor(cells.max(axis=0)).astype(np.int64) + 1
     return slice(int(first[1]), int(until[1])), slice(int(first[0]), int(until[0]))
 
 
 def tiles_touched(touched: Iterable[NDArray[np.float64]]) -> set[Tile]:
-    """The tiles in which scans may touch cells, from what each touches."""
+    """Tiles that scans may touch, given their touched points."""
     return {tile for cells in touched for tile in tiles_in(*box_of(cells))}
 
 

@@ -1,8 +1,8 @@
-"""The grid of a drive that is still going on, updated again and again at little cost.
+"""The grid of a drive in progress, updated incrementally.
 
-Keyframes that have settled are counted once for good; only the latest are drawn afresh each time. When the
-graph moves what was drawn, everything is redrawn: over several calls where there is much, and the old drawing
-is shown until then.
+Settled keyframes are counted once; only the most recent ones are redrawn in every call. When an optimization
+moves settled ones, everything is redrawn, over several calls if there is much. The old drawing is shown until
+then.
 """
 
 from collections.abc import Sequence
@@ -19,34 +19,34 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.tiled_grid import TILE, Tile, TiledGrid
 
 _UNSETTLED = 80
-"""The latest keyframes, which are drawn afresh each time, because the mapper keeps adjusting half as many."""
+"""Number of most recent keyframes redrawn in every call, because the mapper keeps adjusting half as many."""
 _MAX_SHIFT = 0.5
-"""Cells by which a settled keyframe, or what it sees in sight, may move before all is redrawn: half a cell,
-because of rounding."""
+"""Cells by which a settled keyframe, or points within its sight, may move before everything is redrawn: half
+a cell, because of rounding."""
 _SIGHT = 10.0
-"""Metres at which a turn of a keyframe is judged. By judgement: most of what indoor scans see."""
+"""Range in metres at which a keyframe's rotation is judged. Chosen by judgement: what indoor scans see."""
 _REDRAWN_AT_ONCE = 200
-"""Keyframes redrawn in one call, so that the next map comes within a second or so. Measured with 2200
-keyframes: drawn in one call, nothing was published for 3 to 4 s."""
+"""Keyframes redrawn per call, so that the next map comes within a second or so. Measured with 2200 keyframes:
+drawn in one call, nothing was published for 3 to 4 s."""
 
 
 class GrowingGrid:
-    """Draws the grid of all keyframes so far; it belongs to one thread."""
+    """Draws the grid of all keyframes so far; not thread-safe."""
 
     def __init__(self, resolution: float, rendering: RenderingConfig) -> None:
         self._new_drawing = partial(_Drawing, resolution, rendering)
         self._shown = self._new_drawing()
         self._next: _Drawing | None = None
-        """What replaces the shown one once all is redrawn."""
+        """Replaces the current drawing once everything is redrawn."""
         self.redrawn = 0
-        """How often everything was redrawn because the graph had moved it."""
+        """Number of complete redraws after optimizations."""
 
     def draw(
         self, rays: Sequence[Rays], map_from_laser: Pose, held: tuple[list[Rays], Pose] | None = None
     ) -> OccupancyGrid:
-        """The grid that rays (K) seen from poses (K, 3) draw; those of the last call are the first of them.
+        """Draw rays (K) from poses (K, 3), K at least 1; earlier calls' rays come first.
 
-        K is at least 1. What is ``held``, rays (H) and poses (H, 3), counts for this call only.
+        ``held`` rays (H) from poses (H, 3) are drawn in this call only.
         """
         until = max(len(rays) - _UNSETTLED, len(self._shown.drawn))
         if self._next is None and self._shown.is_outdated(map_from_laser):
@@ -64,25 +64,25 @@ class GrowingGrid:
 
 
 class _Drawing:
-    """Evidence of the settled keyframes, and the cells that it shows."""
+    """Evidence of the settled keyframes and the resulting cells."""
 
     def __init__(self, resolution: float, rendering: RenderingConfig) -> None:
         self.resolution = resolution
         self.drawn: Pose = np.zeros((0, 3))
-        """Poses of the settled keyframes, as each was drawn."""
+        """Poses at which the settled keyframes were drawn."""
         self._low = np.full(2, np.nan)
-        """(2,) metres in the map: the corner of cell (0, 0), where the drive began."""
+        """(2,) metres in the map: corner of cell (0, 0), where the drive began."""
         self._evidence = Evidence(rendering)
         self._cells: dict[Tile, NDArray[np.int8]] = {}
 
     def is_outdated(self, map_from_laser: Pose) -> bool:
-        """Do the settled keyframes lie elsewhere now?"""
+        """Whether the settled keyframes have moved."""
         steps = between(self.drawn, map_from_laser[: len(self.drawn)])
         moved = np.hypot(steps[:, 0], steps[:, 1]) + _SIGHT * np.abs(steps[:, 2])
         return bool(np.any(moved > _MAX_SHIFT * self.resolution))
 
     def settle(self, rays: Sequence[Rays], map_from_laser: Pose, until: int) -> None:
-        """Count the keyframes before one for good."""
+        """Count the keyframes before ``until`` permanently."""
         first = len(self.drawn)
         if first == 0:
             self._low = np.floor(map_from_laser[0, :2] / self.resolution) * self.resolution
@@ -93,7 +93,7 @@ class _Drawing:
         self.drawn = np.concatenate([self.drawn, map_from_laser[first:until]])
 
     def with_latest(self, rays: Sequence[Rays], map_from_laser: Pose) -> OccupancyGrid:
-        """The grid with the keyframes (K) that have not settled, whose counts are dropped again."""
+        """The grid including unsettled keyframes of (K), which are counted temporarily."""
         latest = range(len(self.drawn), len(rays))
         touched = self._touched(latest, rays, map_from_laser)
         evidence = self._evidence.copy_of(tiles_touched(touched))
@@ -103,7 +103,7 @@ class _Drawing:
     def _touched(
         self, keyframes: Sequence[int], rays: Sequence[Rays], map_from_laser: Pose
     ) -> list[NDArray[np.float64]]:
-        """(N + 1, 2) column and row of what each of some keyframes touches."""
+        """(N + 1, 2) column and row touched by each of some keyframes."""
         return [(touched_by(rays[k], map_from_laser[k]) - self._low) / self.resolution for k in keyframes]
 
     def _in_one_piece(self, cells: dict[Tile, NDArray[np.int8]]) -> OccupancyGrid:
@@ -116,6 +116,6 @@ class _Drawing:
 
 
 def _reached(rays: Sequence[Rays], first: int, until: int) -> int:
-    """The keyframe before which those to be drawn in one call end: from the first on, at most so many."""
+    """End of the keyframes to draw in one call, starting at ``first``."""
     seen = kept(rays, range(first, until))
     return until if len(seen) <= _REDRAWN_AT_ONCE else seen[_REDRAWN_AT_ONCE]

@@ -1,7 +1,7 @@
-"""From how often a cell was hit and passed to how likely it is occupied, by log odds.
+"""Occupancy from hits and passes by log odds.
 
-Moravec and Elfes, "High resolution maps from wide angle sonar", ICRA 1985; looks of different scans at a cell
-count as independent.
+Moravec and Elfes, "High resolution maps from wide angle sonar", ICRA 1985; observations of a cell by
+different scans count as independent.
 """
 
 import numpy as np
@@ -11,33 +11,33 @@ from racecar.mapping.grid.config import RenderingConfig
 from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD, UNKNOWN
 
 _SETTLED = 0.9
-"""Probability, at most, of what earlier drives saw of a cell, occupied or free, so that a later drive that
-sees otherwise is soon believed. By judgement: ten passes free a cell, three hits occupy one."""
+"""Clamping probability of earlier drives' evidence, occupied or free, so that a later drive that disagrees
+soon wins. Chosen by judgement: ten passes free a cell, three hits occupy one."""
 _SURE = 20.0
-"""Log odds beyond which a cell is 0 or 100 percent occupied anyway, so that the exponential stays finite."""
+"""Log odds at which a cell is 0 or 100 percent occupied, clipped so that the exponential stays finite."""
 
 
 def log_odds(probability: float) -> np.float64:
-    """Of a probability between 0 and 1."""
+    """Log odds of a probability between 0 and 1."""
     return np.float64(np.log(probability / (1.0 - probability)))
 
 
 def occupancy(
     hits: NDArray[np.uint16], passes: NDArray[np.uint16], config: RenderingConfig
 ) -> NDArray[np.int8]:
-    """Percent occupied, or unknown, of cells that so many scans hit and passed."""
+    """Percent occupied, or unknown, of cells with these numbers of hits and passes."""
     odds = log_odds(config.hit_probability) * hits + log_odds(config.pass_probability) * passes
     percent = np.rint(100.0 / (1.0 + np.exp(-np.clip(odds, -_SURE, _SURE))))
     return np.where(hits + passes > 0, percent, UNKNOWN).astype(np.int8)
 
 
 def looks_until_free(config: RenderingConfig) -> int:
-    """How many scans must pass a cell until it counts as free."""
+    """Number of passes after which a cell is free."""
     return int(np.ceil(log_odds(FREE_THRESHOLD) / log_odds(config.pass_probability)))
 
 
 def settle(hits: NDArray[np.uint16], passes: NDArray[np.uint16], config: RenderingConfig) -> None:
-    """Replace counts of any shape by fewer that say the same, as surely as `_SETTLED` at most."""
+    """Clamp counts of any shape in place, to those of a certainty of at most `_SETTLED`."""
     per_hit, per_pass = log_odds(config.hit_probability), log_odds(config.pass_probability)
     bound = log_odds(_SETTLED)
     seen = np.nonzero(hits + passes)

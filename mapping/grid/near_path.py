@@ -1,4 +1,4 @@
-"""What lies near the path that was driven, and nothing else."""
+"""Crop a grid to the surroundings of the path."""
 
 from dataclasses import replace
 
@@ -11,9 +11,9 @@ from racecar.maps.grid.tiled_grid import TILE, TiledGrid
 
 
 def near_path(grid: TiledGrid, path: NDArray[np.float64], margin: float) -> TiledGrid:
-    """The grid without what lies farther than ``margin`` metres from the points of a path (K, 2)."""
+    """The grid with cells farther than ``margin`` metres from a path (K, 2) set to unknown."""
     path_cells = np.unique(grid.cell_of(path), axis=0)
-    reach = margin / grid.resolution + 1.0  # and a cell for rounding
+    reach = margin / grid.resolution + 1.0  # plus one cell for rounding
     tiles = {}
     for tile, cells in grid.tiles.items():
         first = np.array(tile.first_cell)
@@ -29,8 +29,8 @@ def near_path(grid: TiledGrid, path: NDArray[np.float64], margin: float) -> Tile
 def _forget_far_cells(
     cells: NDArray[np.int8], path: NDArray[np.int64], resolution: float, margin: float
 ) -> None:
-    """Make unknown what of some cells (rows, columns) lies farther than ``margin`` from all cells (K, 2) of a
-    path, row and column."""
+    """Set cells (rows, columns) to unknown that are farther than ``margin`` from all cells (K, 2) of a path,
+    row and column."""
     for row in range(cells.shape[0]):
         for column in range(cells.shape[1]):
             if cells[row, column] == UNKNOWN:

@@ -1,4 +1,4 @@
-"""The occupancy grid, rendered from the optimized poses: what scans show of the floor, cast into tiles."""
+"""Render the occupancy grid from optimized poses by casting the rays of scans into tiles."""
 
 import zlib
 from collections.abc import Callable, Iterator, Sequence
@@ -16,36 +16,34 @@ from racecar.sensors.arrays import side_by_side
 from racecar.sensors.scan import Scan
 
 _ORIGIN = np.zeros((1, 2), dtype=np.int16)
-"""Where the steps of rays begin by definition: the laser."""
+"""Start of a packed ray, by definition: the laser."""
 _STEP = np.float32(0.002)
-"""Metres, finer than lasers measure; it is that coarse so that 16 bits reach farther than the longest ray."""
+"""Metres per unit, finer than lasers measure, and coarse enough so that 16 bits exceed the longest ray."""
 _CLEARED_BY_MISS = 5.0
-"""Metres that a beam without a return shows to be free, no farther because it may have met glass or black
-paint."""
+"""Metres that a beam without a return clears, no more because it may have hit glass or black paint."""
 _NARROWEST_OPENING = 0.5
-"""Metres across the beams between two neighbouring returns; where they leave less room, misses between them
-clear no farther than the nearer of both. By judgement: less than any doorway. Measured in a simulated
-building, of a laser that loses half of its beams: 8 m² of false floor from 0.25 to 1 m, 200 m² at 0."""
+"""Metres between two neighbouring returns, across the beams; in narrower openings, misses between them clear
+no farther than the nearer one. Chosen by judgement: less than any doorway. Measured in a simulated building,
+of a laser that loses half of its beams: 8 m² of false floor from 0.25 to 1 m, 200 m² at 0."""
 Box = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Lower left and upper right (2,), metres in the map."""
 LONGEST_RAY = 65.5
-"""Metres that an end may be away along an axis, since 16 bits reach 65.534 m."""
+"""Largest coordinate of an end in metres, since 16 bits reach 65.534 m."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """What one scan says about the floor, in the laser frame at its stamp; of some scans, no rays are
-    kept."""
+    """What one scan says about the floor, in the laser frame at its stamp; trimmed scans keep no rays."""
 
     packed: NDArray[np.uint8]
-    """(B,) the steps from each end to the next in units of 2 mm, compressed: a quarter of the ends' memory.
-    Empty where no rays are kept."""
+    """(B,) compressed differences of successive ends in units of 2 mm: a quarter of the ends' memory. Empty
+    where no rays are kept."""
     returns: int
-    """How many of the ends are returns."""
+    """Number of ends that are returns."""
 
     @classmethod
     def to(cls, ends: NDArray[np.floating[Any]], returns: int) -> "Rays":
-        """Rays to ends (N, 2) in metres, at most 65 m away, of which the first ``returns`` are returns."""
+        """Pack ends (N, 2) in metres, at most 65 m away, of which the first ``returns`` are returns."""
         if len(ends) == 0:
             return cls.none()
         steps = np.rint(ends / _STEP).astype(np.int16)
@@ -54,35 +52,35 @@ class Rays:
 
     @classmethod
     def none(cls) -> "Rays":
-        """Of a scan that saw nothing, or whose rays were trimmed."""
+        """The rays of a scan that saw nothing or was trimmed."""
         return cls(np.zeros(0, dtype=np.uint8), 0)
 
     @property
     def are_kept(self) -> bool:
-        """Whether there are any."""
+        """Whether there are any rays."""
         return len(self.packed) > 0
 
     @property
     def ends(self) -> NDArray[np.float32]:
-        """(N, 2) metres: end points of the returns, then of what each miss shows to be free."""
+        """(N, 2) metres: end points of the returns, then those of the misses' free space."""
         unpacked = zlib.decompress(self.packed.data) if self.are_kept else b""
         from_last = np.frombuffer(unpacked, dtype=np.int16).reshape(-1, 2)
         return np.cumsum(from_last, axis=0, dtype=np.int16) * _STEP
 
 
 def rays_of(scan: Scan, points_in_laser: NDArray[np.float64], config: RenderingConfig) -> Rays:
-    """The rays of a scan whose returns, corrected for motion, are ``points_in_laser`` (M, 2)."""
+    """The rays of a scan with deskewed returns ``points_in_laser`` (M, 2)."""
     distances = np.hypot(points_in_laser[:, 0], points_in_laser[:, 1])
     near = points_in_laser[distances < config.longest_ray]
     return Rays.to(np.concatenate([near, _cleared_by_misses(scan)]), len(near))
 
 
 def _cleared_by_misses(scan: Scan) -> NDArray[np.float64]:
-    """(N, 2) how far the misses of a scan show the floor to be free, in the laser frame.
+    """(N, 2) ends of the free space that misses of a scan show, in the laser frame.
 
-    Some lasers lose single beams at random, which shows nothing; where open space, glass or black paint
-    swallows them, it swallows their neighbours too. Between two returns that leave no room for an opening,
-    misses clear no farther than the nearer of both. The ends of the view bound an opening like returns.
+    Some lasers lose single beams at random, which shows nothing. Open space, glass or black paint swallows
+    neighbouring beams too. So misses between two returns that are too close for an opening clear no farther
+    than the nearer one. The ends of the field of view bound an opening like returns.
     """
     missed = scan.bearings[np.isposinf(scan.ranges)]
     bearings, ranges = scan.bearings[scan.is_return], scan.ranges[scan.is_return]
@@ -102,14 +100,14 @@ def kept(rays: Sequence[Rays], keyframes: range) -> list[int]:
 
 
 def pack_rays(rays: list[Rays]) -> None:
-    """Lay rays side by side in memory."""
+    """Move rays into one block of memory."""
     keyframes = kept(rays, range(len(rays)))
     for k, packed in zip(keyframes, side_by_side([rays[k].packed for k in keyframes]), strict=True):
         rays[k] = Rays(packed, rays[k].returns)
 
 
 def returns_of(rays: Sequence[Rays], map_from_laser: Pose) -> Iterator[NDArray[np.float64]]:
-    """Per keyframe (N, 2) metres in the map: the returns among rays (K) seen from poses (K, 3)."""
+    """Yield, per keyframe, returns (N, 2) in metres in the map, of rays (K) from poses (K, 3)."""
     for pose, ray in zip(map_from_laser, rays, strict=True):
         yield transform_points(pose, ray.ends[: ray.returns])
 
@@ -122,9 +120,8 @@ def render(
     config: RenderingConfig,
     box: Box | None = None,
 ) -> TiledGrid:
-    """The grid that rays (K) seen from poses (K, 3) draw, with cells of ``resolution`` metres: all that they
-    touch, with a margin, or what of it lies in a ``box``. Where drives (K,) see otherwise than those of lower
-    numbers did, the cells are as these see them."""
+    """Render rays (K) from poses (K, 3) with cells of ``resolution`` metres: everything they touch plus a
+    margin, or the part in a ``box``. Where drives (K,) disagree, later ones win."""
     bounds = bounds_of(rays, map_from_laser)
     low, high = seen_box(bounds, config.margin)
     if box is not None:
@@ -149,7 +146,7 @@ def render(
 
 
 def bounds_of(rays: Sequence[Rays], map_from_laser: Pose) -> NDArray[np.float64]:
-    """(K, 2, 2) metres in the map: lower left and upper right of what each of rays (K) seen from poses (K, 3)
+    """(K, 2, 2) metres in the map: lower left and upper right of what each of rays (K) from poses (K, 3)
     touches."""
     bounds = np.empty((len(rays), 2, 2))
     for k, (pose, ray) in enumerate(zip(map_from_laser, rays, strict=True)):
@@ -159,10 +156,10 @@ def bounds_of(rays: Sequence[Rays], map_from_laser: Pose) -> NDArray[np.float64]
 
 
 def seen_box(bounds: NDArray[np.float64], margin: float) -> Box:
-    """What contains all that scans touched within bounds (K, 2, 2), K at least 1, with a margin in metres."""
+    """Bounding box of bounds (K, 2, 2), K at least 1, with a margin in metres."""
     return bounds[:, 0].min(axis=0) - margin, bounds[:, 1].max(axis=0) + margin
 
 
 def touched_by(rays: Rays, map_from_laser: Pose) -> NDArray[np.float64]:
-    """(N + 1, 2) metres in the map: the ends of rays seen from a pose (3,), and last their start."""
+    """(N + 1, 2) metres in the map: ends of rays from a pose (3,), then their start."""
     return np.concatenate([transform_points(map_from_laser, rays.ends), map_from_laser[None, :2]])

@@ -1,4 +1,4 @@
-"""Ray casting of scans into tiles: the inner loop."""
+"""Cast the rays of scans into tiles: the inner loop."""
 
 from typing import NamedTuple
 
@@ -9,37 +9,37 @@ from numpy.typing import NDArray
 from racecar.maps.grid.tiled_grid import TILE
 
 _SHIFT = TILE.bit_length() - 1
-"""Bits by which a row or column is shifted to become that of its tile, because divisions are slow."""
+"""Bit shift from a row or column to that of its tile, because divisions are slow."""
 _WITHIN = TILE - 1
-"""Bits of a row or column that say where in its tile it lies, because divisions are slow."""
+"""Bit mask from a row or column to its offset in the tile, because divisions are slow."""
 
 
 class Canvas(NamedTuple):
-    """What a scan is counted on."""
+    """The area and the counts that a scan is drawn on."""
 
     mark: int
-    """Of this scan, by which cells remember that it touched them."""
+    """Id of this scan, stored in the cells it touches."""
     window: tuple[int, int, int, int]
-    """The cells that are counted: the first row and the one after the last, the same of columns."""
+    """Counted cells: first and end row, first and end column."""
     first_tile: tuple[int, int]
-    """Row and column of the first of the tiles; that with cell (0, 0) has 0 and 0."""
+    """Row and column of the first of the tiles; cell (0, 0) is in tile (0, 0)."""
     tiles: NDArray[np.int32]
-    """(tile rows, tile columns) which of the counts' tiles each is, -1 where none is yet."""
+    """(tile rows, tile columns) indices into the counts, -1 for tiles that do not exist."""
     marks: NDArray[np.int32]
     """(rows, columns) of the window: the last scan that touched each cell."""
     hits: NDArray[np.uint16]
-    """(T, TILE, TILE) 0 in the tiles that are not used yet."""
+    """(T, TILE, TILE) hits; zero in unused tiles."""
     passes: NDArray[np.uint16]
-    """The same."""
+    """(T, TILE, TILE) passes, likewise."""
     used: NDArray[np.int64]
-    """(1,) how many of the T are used."""
+    """(1,) number of used tiles."""
 
 
 @njit(cache=True, nogil=True)
 def cast_returns(start: NDArray[np.float64], ends: NDArray[np.float64], canvas: Canvas) -> None:
     """Count for each cell whether the returns of a scan hit it or, failing that, passed it: once per scan.
 
-    The start (2,) and the ``ends`` (N, 2), column and row, are in cells.
+    ``start`` (2,) and ``ends`` (N, 2) are column and row in cells.
     """
     first_row, until_row, first_column, until_column = canvas.window
     marks, mark = canvas.marks, canvas.mark
@@ -62,9 +62,9 @@ def cast_misses(
     passes_per_hit: float,
     canvas: Canvas,
 ) -> None:
-    """Count the cells that the misses of a scan, its ends after the ``returns``, pass, but not those it hit.
+    """Count cells passed by the misses of a scan, whose ends follow the ``returns``, except for hit cells.
 
-    A cell that is occupied by the counts, with more than one hit in ``passes_per_hit`` passes, ends a miss.
+    A miss ends at an occupied cell: one with more than one hit per ``passes_per_hit`` passes.
     """
     first_row, until_row, first_column, until_column = canvas.window
     for i in range(returns):
@@ -79,8 +79,8 @@ def cast_misses(
 def _pass(
     start: NDArray[np.float64], end: NDArray[np.float64], passes_per_hit: float, canvas: Canvas
 ) -> None:
-    """Count the cells that a beam passes, up to an occupied one, if a hit is worth any passes: Amanatides and
-    Woo, "A fast voxel traversal algorithm", 1987."""
+    """Count the cells that a beam passes, up to an occupied one if ``passes_per_hit`` is positive: Amanatides
+    and Woo, "A fast voxel traversal algorithm", 1987."""
     first_row, until_row, first_column, until_column = canvas.window
     marks, mark, hits, passes = canvas.marks, canvas.mark, canvas.hits, canvas.passes
     start_column, start_row = start[0], start[1]
@@ -113,7 +113,7 @@ def _pass(
 
 @njit(cache=True, nogil=True)
 def _tile_of(row: int, column: int, canvas: Canvas) -> int:
-    """Which of the counts' tiles a cell lies in; the next one is taken into use where there is none yet."""
+    """Index of a cell's tile in the counts; takes the next free one if the tile does not exist."""
     tile_row, tile_column = (row >> _SHIFT) - canvas.first_tile[0], (column >> _SHIFT) - canvas.first_tile[1]
     if canvas.tiles[tile_row, tile_column] < 0:
         canvas.tiles[tile_row, tile_column] = canvas.used[0]

@@ -1,1 +1,1 @@
-"""Keyframes and the scans between them: chosen, placed, tied together."""
+"""Keyframes and the scans between them: selection, placement, constraints."""

@@ -1,4 +1,4 @@
-"""Constraints between keyframes by scan matching."""
+"""Scan matching constraints between keyframes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,31 +10,31 @@ from racecar.sensors.matching.scan_matching import Matches, match, one_to_one
 from racecar.sensors.matching.scan_store import ScanStore
 
 TIED_TO = (1, 2, 4, 7, 11, 16, 22, 30)
-"""To which keyframes, counted back along the path, each is tied. Measured on aces, fr079 and intel: before
-any loop is closed, wide spacing halves the drift compared with the last eight."""
+"""Each keyframe is matched with these predecessors, counted back along the path. Measured on aces, fr079 and
+intel: before any loop is closed, wide spacing halves the drift compared with the last eight."""
 _INITIAL_DISTANCE = 0.3
-"""Metres within which partners are looked for at first: by judgement, because both keyframes were placed."""
+"""Initial correspondence distance in metres. Chosen by judgement: both keyframes were placed before."""
 _MIN_OVERLAP = 0.06
-"""Share of points with a partner that a match must have to count. What few points tell is in its information:
+"""Minimum share of points with a correspondence. How little few points show is in a match's information:
 measured on a simulated campus, where a third of the keyframes share less than 0.15, such matches err by as
 many of their standard deviations as the others, and down to 0.03 take the mean error from 0.086 to 0.024 m
 (python -m benchmarks worlds). Where a race car's wheels know no turns, 0.05 and less once led 4 degrees
 astray (test_gyroscope)."""
 _MAX_RESIDUAL = 0.04
-"""Metres, weighted root mean square distance to the lines that a match may have to count. By judgement: as
-much as a straight surface may be off straight."""
+"""Maximum weighted root mean square point-to-line distance of a match, in metres. Chosen by judgement: as
+much as a straight surface may deviate from a line."""
 
 
 def pairs_along_path(keyframes: range) -> NDArray[np.int64]:
-    """(P, 2) each of some keyframes with those before it along the path to which it is tied."""
+    """(P, 2) pairs of some keyframes with the predecessors along the path they are matched with."""
     pairs = [(k - back, k) for k in keyframes for back in TIED_TO if back <= k]
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
 def constrain(pairs: NDArray[np.int64], poses: Pose, store: ScanStore) -> list[Constraint]:
-    """Scan matching constraints of keyframe pairs (P, 2), earlier and later; poor matches are left out.
+    """Scan matching constraints of keyframe pairs (P, 2), earlier and later; poor matches are skipped.
 
-    The poses (K, 3) are those of all keyframes, from which matching begins.
+    Matching starts from the poses (K, 3) of all keyframes.
     """
     if len(pairs) == 0:
         return []
@@ -44,7 +44,7 @@ def constrain(pairs: NDArray[np.int64], poses: Pose, store: ScanStore) -> list[C
 def constraints_of(
     pairs: NDArray[np.int64], matches: Matches, good: NDArray[np.bool_], store: ScanStore
 ) -> list[Constraint]:
-    """Constraints of keyframe pairs (P, 2) by those of their matches that are ``good`` (P,)."""
+    """Constraints of keyframe pairs (P, 2) from their ``good`` (P,) matches."""
     return [
         Constraint(
             int(pairs[k, 0]),
@@ -58,8 +58,8 @@ def constraints_of(
 
 
 def match_pairs(pairs: NDArray[np.int64], poses: Pose, store: ScanStore) -> tuple[Matches, NDArray[np.bool_]]:
-    """The matches of keyframe pairs (P, 2), from the poses (K, 3) of all keyframes, and (P,) whether each is
-    good enough to count."""
+    """Matches of keyframe pairs (P, 2), starting from the poses (K, 3) of all keyframes, and (P,) whether
+    each is good enough."""
     guesses = between(poses[pairs[:, 0]], poses[pairs[:, 1]])
     matches = match(guesses, one_to_one(pairs), store, store, initial_distance=_INITIAL_DISTANCE)
     good = (matches.overlap > _MIN_OVERLAP) & (matches.residual < _MAX_RESIDUAL)

@@ -1,4 +1,4 @@
-"""The final optimization of a drive: all pairs of keyframes matched once more, and the whole graph solved."""
+"""Final optimization of a drive: match all pairs of keyframes again and solve the whole graph."""
 
 from collections.abc import Sequence
 
@@ -24,15 +24,14 @@ def matched_again(
     *,
     with_first_pass: bool,
 ) -> tuple[PoseGraph, Pose, NDArray[np.bool_]]:
-    """A graph whose scan matches begin at the poses (K, 3) of now, also, where asked for, with those of the
-    first pass through each place; the poses to solve it from; and (K - 1,) the steps in which scans misled,
-    among them those that are known already, ``are_misled`` (K - 1,).
+    """Match again from the current poses (K, 3), optionally also with the first pass through each place.
+    Returns the new graph, the poses to solve it from, and (K - 1,) the steps with misled scan matches,
+    including those already known in ``are_misled`` (K - 1,).
 
-    Loop closures stay. What wheels measured is given anew; where they ``are_refuted`` (K - 1,), it counts
-    fully only if the scans are misled there. Of the matches over such steps those stay that the wheels do not
-    contradict: most over many steps are right, and better than a chain of wheels. A keyframe that nothing
-    ties now would be free to go anywhere; what has held it so far still does. So do matches of scans that
-    were trimmed and cannot be matched any more.
+    Loop closures are kept. Wheel constraints are rebuilt; where they ``are_refuted`` (K - 1,), they count
+    fully only if scans are misled there. Matches over such steps are kept if the wheels do not contradict
+    them: most over many steps are right, and better than chained wheels. Keyframes that would lose all
+    constraints keep their old ones, and so do trimmed scans, which cannot be matched again.
     """
     is_kept = store.is_kept
     pairs = pairs_along_path(range(len(is_kept)))
@@ -62,7 +61,7 @@ def matched_again(
 
 
 def mean_bend(before: Pose, after: Pose, keyframes: int) -> float:
-    """Metres by which an optimization (K, 3) to (K, 3) moved, on average, what lies so many keyframes on."""
+    """Mean displacement in metres, by an optimization (K, 3) to (K, 3), of the pose ``keyframes`` later."""
     far = min(keyframes, len(before) - 1)
     shifts = between(between(before[:-far], before[far:]), between(after[:-far], after[far:]))
     return float(np.hypot(shifts[:, 0], shifts[:, 1]).mean())

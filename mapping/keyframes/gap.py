@@ -1,4 +1,4 @@
-"""Times without scans: what the car did meanwhile, and so where the next scan is to be sought."""
+"""Gaps without scans: what the car did meanwhile, and hence where to search for the next scan."""
 
 from enum import Enum
 
@@ -7,18 +7,18 @@ import numpy as np
 from racecar.maps.geometry.se2 import Pose
 
 _AFTER_DRIVING = 500_000_000
-"""Nanoseconds without a scan, after which a car that drove, as its wheels say, is placed where they put it.
-Measured on a simulated ring: one or two seconds ended in a map turned by a quarter."""
+"""Nanoseconds without a scan after which a car that drove, by its wheels, is placed where they say. Measured
+on a simulated ring: one or two seconds ended in a map turned by a quarter."""
 _AFTER_STANDING = 2_000_000_000
-"""Nanoseconds without a scan, after which a car that stood may have been moved by hand. By judgement: sooner
+"""Nanoseconds without a scan after which a car that stood may have been carried. Chosen by judgement: sooner
 nobody has carried it far."""
 _DRIVEN_KEYFRAMES = 2.0
-"""By what factor the distance since the last keyframe must exceed `keyframe_distance` for the car to have
-driven. By judgement: two keyframes in a row are never so far apart."""
+"""Distance since the last keyframe, relative to `keyframe_distance`, above which the car drove. Chosen by
+judgement: two consecutive keyframes are never so far apart."""
 
 
 class Gap(Enum):
-    """What the car did since the last scan, where that is too long ago to seek the next one about it."""
+    """What the car did since the last scan, if that was too long ago to search near it."""
 
     NONE = "scans came all the time"
     DRIVEN = "it drove, as its wheels say"
@@ -26,7 +26,7 @@ class Gap(Enum):
 
 
 def gap_after(nanoseconds: int, wheel_step: Pose | None, keyframe_distance: float) -> Gap:
-    """What so many nanoseconds without a scan are, by the wheels' step (3,) since the last keyframe."""
+    """Classify a gap by its duration and the wheels' step (3,) since the last keyframe."""
     least = _DRIVEN_KEYFRAMES * keyframe_distance
     has_driven = wheel_step is not None and np.hypot(wheel_step[0], wheel_step[1]) > least
     if nanoseconds <= (_AFTER_DRIVING if has_driven else _AFTER_STANDING):

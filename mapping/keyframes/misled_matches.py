@@ -1,9 +1,9 @@
-"""Where scan matches are misled, as by ground that comes into view on a slope and moves along.
+"""Find misled scan matches, for example on a slope where the ground comes into view and moves along.
 
-Wheels and matches contradict each other where either errs. Where wheels slip, the matches still agree with
-each other: one over some steps is the chain of those over fewer, as far as they claim to be exact. Where
-scans are misled, such cycles stay open. So a stretch of steps that wheels and matches contradict each other
-about is blamed on the scans where few cycles over it are closed, the sooner the worse scans fit there.
+If wheels and matches contradict each other, either may be wrong. Where wheels slip, matches are still
+consistent: one over several steps equals the chain of those over fewer, up to their covariance. Where scans
+are misled, such cycles do not close. So a contradicted stretch of steps is blamed on the scans if few of its
+cycles close, the sooner the worse scans fit there.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,42 +19,42 @@ from racecar.maps.geometry.se2 import Pose, adjoint, between, chained, compose, 
 from racecar.sensors.motion.calibration import SIGMA_PER_MEDIAN, MatchedSpans
 
 _MOST_SIGMAS = 3.0
-"""Standard deviations by which a match may differ from the wheels. By judgement: as usual for outliers."""
+"""Standard deviations by which matches may differ from wheels. Chosen by judgement: usual for outliers."""
 _LEAST_SIGMA = 0.0005
-"""Least of these, metres and radians, since a good match errs by it. Measured in simulation: 0.0005 to 0.001
-rad, 0.005 m."""
+"""Lower bound of the standard deviation in metres and radians, since a good match errs by it. Measured in
+simulation: 0.0005 to 0.001 rad, 0.005 m."""
 _MIN_MATCHES = 20
-"""Matches below which their spread is not known. By judgement: the median of fewer says little."""
+"""Matches needed to estimate their spread. Chosen by judgement: the median of fewer says little."""
 _MIN_CONTRADICTED = 0.33
-"""Share of the matches over a step that the wheels must contradict. By judgement: ground in view misleads now
-those over few steps, now those over many."""
+"""Share of the matches over a step that the wheels must contradict. Chosen by judgement: ground in view
+sometimes misleads short matches, sometimes long ones."""
 _MOST_SIGMAS_OPEN = 1.5
-"""Standard deviations, by what the matches claim, up to which a cycle counts as closed. Measured: nine of ten
+"""Standard deviations, from the matches' covariances, up to which a cycle is closed. Measured: nine of ten
 are where scans are not misled, since matches of the same scans err alike."""
 _TIMES_USUAL = 2.5
-"""Times the median of cycles over as many steps up to which one counts as closed, because some matches claim
-too much. Measured: on fr079 the median is 1.8 standard deviations over 30 steps."""
+"""Multiple of the median of cycles over as many steps up to which one is closed, because some covariances are
+too small. Measured: on fr079 the median is 1.8 standard deviations over 30 steps."""
 _PRESUMED_CLOSED = 20.0
-"""Cycles over a stretch that are presumed to be there and closed, so that a few open ones prove nothing."""
+"""Pseudo-count of closed cycles over a stretch, so that a few open ones prove nothing."""
 _MIN_CLOSED = 0.6
-"""Share of the cycles over a stretch that are closed where scans are not misled, if they fit as well as
-usual. Measured: 0.7 and more where wheels slip or know no turns, on hilly campuses mostly 0.3 to 0.6."""
+"""Share of closed cycles over a stretch without misled scans, at usual fit. Measured: 0.7 and more where
+wheels slip or know no turns, on hilly campuses mostly 0.3 to 0.6."""
 _USUAL_FIT = 1.1
-"""By what factor scans may fit worse over a stretch than elsewhere without meaning. Measured: 1.0 to 1.1 on a
-track and in an office, 1.2 to 1.7 on hilly campuses. By judgement the fourth power of what is beyond weighs
-as much as open cycles do."""
+"""Factor by which scans may fit worse over a stretch than elsewhere without consequence. Measured: 1.0 to 1.1
+on a track and in an office, 1.2 to 1.7 on hilly campuses. Chosen by judgement: beyond it, the fourth power of
+the excess weighs as much as open cycles do."""
 
 
 @dataclass(frozen=True, eq=False)
 class MatchesAlongPath:
-    """M matches of keyframes not far from each other, beside what the wheels measured."""
+    """M matches between keyframes close along the path, and the wheels' steps."""
 
     spans: MatchedSpans
-    """From each earlier keyframe, the step after it, to the later one; seen by the laser."""
+    """From the step after the earlier keyframe to the later keyframe, as motions of the laser."""
     residuals: NDArray[np.float64]
-    """(M,) of the scans, metres."""
+    """(M,) residuals of the scan matches in metres."""
     steps: Pose
-    """(K - 1, 3) by the wheels; NaN where they tell nothing."""
+    """(K - 1, 3) wheel steps; NaN where there are none."""
 
     @classmethod
     def of(
@@ -64,7 +64,7 @@ class MatchesAlongPath:
         by_wheels: Sequence[Constraint],
         keyframes: int,
     ) -> "MatchesAlongPath":
-        """By constraints of both kinds between so many keyframes, and residuals (M,) of the scans."""
+        """Build from constraints of both kinds, their number of keyframes, and residuals (M,) of matches."""
         steps = np.full((keyframes - 1, 3), np.nan)
         for constraint in by_wheels:
             steps[constraint.from_keyframe] = constraint.from_pose_to_pose
@@ -74,7 +74,7 @@ class MatchesAlongPath:
         return cls(MatchedSpans(ends[:, 0], ends[:, 1], motions, information), residuals, steps)
 
     def misled_steps(self) -> NDArray[np.bool_]:
-        """(K - 1,) in which scan matching is misled."""
+        """(K - 1,) whether scan matching is misled in a step."""
         are_contradicted = self.are_contradicted(np.ones(len(self.spans.first), dtype=np.bool_))
         is_doubted = self._per_step(are_contradicted) > _MIN_CONTRADICTED * self._per_step()
         closed, cycles = self._cycles()
@@ -90,8 +90,8 @@ class MatchesAlongPath:
         return misled
 
     def _worse_fit(self) -> NDArray[np.float64]:
-        """(K - 1,) by what factor scans fit worse over each step than over others with such a turn, since in
-        turns they fit worse anyway; 1 without a match."""
+        """(K - 1,) factor by which scans fit worse over a step than over others with such a turn, since they
+        fit worse in turns anyway; 1 without a match."""
         of_steps = np.flatnonzero(self.spans.lengths == 1)
         by_turn = of_steps[np.argsort(np.abs(self.spans.motions[of_steps, 2]))]
         worse = np.ones(len(self.steps))
@@ -102,7 +102,7 @@ class MatchesAlongPath:
         return worse
 
     def are_contradicted(self, usual: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(M,) which of them the wheels contradict by more than the ``usual`` ones (M,)."""
+        """(M,) whether the wheels contradict a match by more than the ``usual`` ones (M,)."""
         chain = chained(np.nan_to_num(self.steps))
         off = between(self.spans.motions, between(chain[self.spans.first], chain[self.spans.end]))
         off[self.spans.are_over(np.isnan(self.steps[:, 0]))] = np.nan
@@ -113,7 +113,7 @@ class MatchesAlongPath:
         return contradicted
 
     def _per_step(self, which: NDArray[np.bool_] | bool = True) -> NDArray[np.float64]:
-        """(K - 1,) how many of some matches (M,) are over each step; none counts more for being over more."""
+        """(K - 1,) number of selected matches (M,) over each step; long ones do not count more in total."""
         of_step = np.zeros(len(self.steps))
         for lag in np.unique(self.spans.lengths):
             begin = np.zeros(len(self.steps) + 1 - lag)
@@ -122,7 +122,7 @@ class MatchesAlongPath:
         return of_step
 
     def _cycles(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(K - 1,) how many cycles over each step are closed, and how many there are, counted likewise."""
+        """(K - 1,) number of closed cycles and of all cycles over each step, counted likewise."""
         closed, cycles = np.zeros((2, len(self.steps)))
         of_lag = {lag: self._over(lag) for lag in [1, *np.unique(self.spans.lengths).tolist()]}
         for lag in [lag for lag in of_lag if lag > 1]:
@@ -135,7 +135,7 @@ class MatchesAlongPath:
         return closed, cycles
 
     def _over(self, lag: int) -> "_Motions":
-        """Over so many steps, by the keyframe from which on."""
+        """Matches over ``lag`` steps, by their first keyframe."""
         those, keyframes = self.spans.lengths == lag, len(self.steps) + 1
         motions = _Motions(np.full((keyframes - lag, 3), np.nan), np.zeros((keyframes - lag, 3, 3)))
         motions.poses[self.spans.first[those]] = self.spans.motions[those]
@@ -144,16 +144,16 @@ class MatchesAlongPath:
 
 
 class _Motions(NamedTuple):
-    """N motions over the same number of steps, NaN where none was measured."""
+    """N motions over the same number of steps, NaN where not measured."""
 
     poses: Pose
     """(N, 3)"""
     covariances: NDArray[np.float64]
-    """(N, 3, 3) in the tangent frame of their ends."""
+    """(N, 3, 3) in the tangent frame of the end poses."""
 
     @classmethod
     def chained(cls, legs: "Sequence[_Motions]") -> "_Motions":
-        """One after the other; their errors are taken as independent."""
+        """Chain consecutive motions; errors are assumed independent."""
         poses, covariances = legs[0]
         for leg in legs[1:]:
             moved = adjoint(inverse(leg.poses))
@@ -162,7 +162,7 @@ class _Motions(NamedTuple):
         return cls(poses, covariances)
 
     def sigmas_off(self, others: "_Motions") -> NDArray[np.float64]:
-        """(N,) Mahalanobis distances of what should be the same; NaN where either was not measured."""
+        """(N,) Mahalanobis distances between equal motions; NaN where either was not measured."""
         off = between(self.poses, others.poses)
         known = np.flatnonzero(~np.isnan(off[:, 0]))
         information = np.linalg.inv(self.covariances[known] + others.covariances[known])
@@ -172,7 +172,7 @@ class _Motions(NamedTuple):
 
 
 def _legs(lag: int, of_lag: Mapping[int, _Motions]) -> list[_Motions]:
-    """The longest matches of which a chain over so many steps can be made, each by where the chain begins."""
+    """The longest matches that chain to ``lag`` steps, each by the start of the chain."""
     legs, at, places = [], 0, len(of_lag[lag].poses)
     while at < lag:
         leg = max(shorter for shorter in of_lag if shorter < lag and shorter <= lag - at)
@@ -190,7 +190,7 @@ def laid_out_by_wheels(poses: Pose, along: MatchesAlongPath, where: NDArray[np.b
 
 
 def _stick_out(errors: Pose, usual: Pose) -> NDArray[np.bool_]:
-    """(N,) whether errors (N, 3) are larger than usual ones (U, 3) make likely; NaN are not."""
+    """(N,) whether errors (N, 3) are outliers among usual ones (U, 3); NaN are not."""
     usual = usual[~np.isnan(usual[:, 0])]
     if len(usual) < _MIN_MATCHES:
         return np.zeros(len(errors), dtype=np.bool_)

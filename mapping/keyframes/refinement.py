@@ -1,4 +1,4 @@
-"""Refinement: every scan between keyframes finds its place among the optimized keyframes around it."""
+"""Refinement: match every scan between keyframes with the optimized keyframes around it."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -17,42 +17,42 @@ from racecar.sensors.matching.scan_store import ScanStore, prepare_scan
 from racecar.sensors.threads import thread_count
 
 _CLEARLY_BETTER = 1.25
-"""By what factor scans must fit better from another guess until it wins. By judgement: along an arc or a bare
-corridor they fit nearly everywhere, and best where the car did not move at all."""
+"""Factor by which scans must fit better from another guess to prefer it. Chosen by judgement: along an arc or
+a bare corridor they fit nearly everywhere, and best where the car did not move at all."""
 _NEAR_IN_TIME = -3, -2, -1, 0, 1, 2, 3, 4
-"""Keyframes with which a scan is matched, counted from the one it follows. By judgement: as many before as
-after."""
+"""Keyframes that a scan is matched with, relative to the one it follows. Chosen by judgement: as many before
+as after."""
 _NEAR_IN_SPACE = 6
-"""Keyframes of other passes with which it is matched, the nearest. Measured: with these, intel fell from
+"""Number of nearest keyframes of other passes that it is matched with. Measured: with these, intel fell from
 0.033 to 0.012 m, fr079 from 0.063 to 0.042 m."""
 _OTHER_PASS = 6
-"""Keyframes along the path, beyond which one counts as near in space and not in time. By judgement: some more
-than those near in time."""
+"""Keyframes along the path beyond which one belongs to another pass. Chosen by judgement: slightly more than
+those near in time."""
 _SPATIAL_CANDIDATES = 30
-"""Keyframes about a scan, the nearest, among which those of other passes are looked for. By judgement: those
-of a few passes."""
+"""Nearest keyframes among which those of other passes are selected. Chosen by judgement: those of a few
+passes."""
 _INITIAL_DISTANCE = 0.3
-"""Metres within which partners are looked for at first. By judgement: between two keyframes dead reckoning
-misses less."""
+"""Initial correspondence distance in metres. Chosen by judgement: dead reckoning errs less between
+keyframes."""
 _KERNEL_WIDTH = 0.08
-"""Metres off its line at which a point weighs a quarter. By judgement: twice as much as between keyframes,
-whose guesses are better."""
+"""Residual in metres at which a point's weight is a quarter. Chosen by judgement: twice as much as between
+keyframes, whose guesses are better."""
 _PRIOR_INFORMATION = np.diag([5.0, 5.0, 20.0])
-"""What the guess of a position counts for along each axis, in points on a wall, and that of a heading, in
-points a metre away. By judgement: along a bare corridor it decides, elsewhere some hundred points do."""
+"""Prior of the guess: its position weighs as many points on a wall along each axis, its heading as many a
+metre away. Chosen by judgement: along a bare corridor it decides, elsewhere some hundred points do."""
 _POOR_SHARE = 0.7
-"""Share of the usual overlap below which a scan fits poorly and is tried again from where its neighbours lie.
-By judgement: less than what doors and people take."""
+"""Share of the usual overlap below which a scan fits poorly and is matched again from its neighbours' poses.
+Chosen by judgement: less than what doors and people take."""
 _USUAL_AMONG = 101
-"""Scans about one, over which the usual overlap is the median; odd. By judgement: some seconds of driving."""
+"""Scans in the running median of the usual overlap; odd. Chosen by judgement: some seconds of driving."""
 _CHUNK = 1000
-"""Scans that are prepared and matched at once, so that a long drive needs the memory of few at a time."""
+"""Scans prepared and matched at once, so that memory does not grow with the drive."""
 _WORKERS = 2
 """Threads at most, so that one chunk is prepared while another is matched."""
 
 
 def keyframe_of(scans: NDArray[np.int64], keyframe_scans: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The keyframes (M,) that some scans (M,) are, or come after; (K,) are the scans that keyframes are."""
+    """(M,) keyframes that scans (M,) are, or follow; (K,) are the scans of the keyframes."""
     return np.searchsorted(keyframe_scans, scans, side="right") - 1
 
 
@@ -64,13 +64,12 @@ def guess_scans(
     keyframe_from_next: Pose,
     map_from_keyframe: Pose,
 ) -> Pose:
-    """Poses (M, 3) of some scans (M,) from the motion (M, 3) since the keyframe each follows, by dead
-    reckoning; all scans of the drive were taken at stamps (N,), nanoseconds, and K of them, (K,), are the
-    keyframes.
+    """Dead-reckoned poses (M, 3) of some scans (M,), from their motion (M, 3) since the keyframe each
+    follows. All scans of the drive have stamps (N,) in nanoseconds; K of them, (K,), are keyframes.
 
-    The motion (K - 1, 3) from one keyframe to the next was measured in the same way. What it missed by is
-    spread over the time between the two as the variance is of a velocity that was not measured, which is
-    independent from scan to scan: most of it goes to a pause.
+    The motion (K - 1, 3) between keyframes was measured likewise. Its error is distributed over the time
+    between both like the variance of an unmeasured velocity, independent from scan to scan: a pause gets most
+    of it.
     """
     after = keyframe_of(scans, keyframe_scans)
     guesses = compose(map_from_keyframe[after], keyframe_from_scan)
@@ -93,7 +92,7 @@ def refine_scans(
     keyframes: ScanStore,
     map_from_keyframe: Pose,
 ) -> Pose:
-    """Poses (N, 3) of scans, from their points in the laser frame, the keyframe each follows and guesses."""
+    """Poses (N, 3) of scans, given points in the laser frame, the keyframe each follows and guesses."""
     among = _Keyframes(keyframes, map_from_keyframe)
     poses = np.array(guesses)
 
@@ -107,7 +106,7 @@ def refine_scans(
 
 
 class _Keyframes:
-    """The keyframes among which scans find their places."""
+    """The keyframes that scans are matched with."""
 
     def __init__(self, store: ScanStore, map_from_keyframe: Pose) -> None:
         self.store, self.map_from_keyframe = store, map_from_keyframe
@@ -115,8 +114,8 @@ class _Keyframes:
         self._tree = cKDTree(map_from_keyframe[self._kept, :2])
 
     def partners(self, after_keyframe: NDArray[np.int64], guesses: Pose) -> list[NDArray[np.int64]]:
-        """Of each scan (N), those about the keyframe (N,) it follows; and of other passes, those near its
-        guess (N, 3) that face alike."""
+        """Keyframes to match each scan (N) with: those around the one (N,) it follows, and those of other
+        passes that are close to its guess (N, 3) and face alike."""
         around = after_keyframe[:, None] + np.array(_NEAR_IN_TIME)
         are_there = (around >= 0) & (around < len(self.store))
         most = min(_SPATIAL_CANDIDATES, len(self._kept))
@@ -150,7 +149,7 @@ def _match(
     rows: NDArray[np.int64],
     guesses: Pose,
 ) -> Matches:
-    """Match the scans of some rows (G,), each to its partners among the keyframes, from guesses (G, 3)."""
+    """Match the scans of some rows (G,) with their partner keyframes, starting from guesses (G, 3)."""
     counts = [len(partners[row]) for row in rows]
     fixed = np.concatenate([partners[row] for row in rows]).astype(np.int64)
     pairs = np.column_stack([fixed, np.repeat(rows, counts)])
@@ -164,19 +163,19 @@ def _match(
         initial_distance=_INITIAL_DISTANCE,
         kernel_width=_KERNEL_WIDTH,
         prior_information=_PRIOR_INFORMATION,
-        both_ways=False,  # half the work, for errors that are the same to a tenth of a millimetre
+        both_ways=False,  # half the work, for errors equal to a tenth of a millimetre
     )
 
 
 def _follow_neighbours(
     matches: Matches, guesses: Pose, matching: Callable[[NDArray[np.int64], Pose], Matches]
 ) -> Pose:
-    """Poses (N, 3) of scans, each that fits poorly tried again from where the ones beside it came to lie.
+    """Poses (N, 3) of scans, after matching poorly fitting ones again from their neighbours' poses.
 
-    A car that is held or pushed turns unnoticed by its wheels, and all guesses after that are off.
+    A car that is held or pushed turns unnoticed by its wheels, and all later guesses are off.
     """
     poses, weights = matches.poses.copy(), matches.weight.copy()
-    among = min(_USUAL_AMONG, 2 * len(poses) - 1)  # SciPy 1.15 gives zeros for a longer window
+    among = min(_USUAL_AMONG, 2 * len(poses) - 1)  # SciPy 1.15 returns zeros for a longer window
     usual = median_filter(matches.overlap, among, mode="nearest")
     poor = np.flatnonzero(matches.overlap < _POOR_SHARE * usual)
     for rows, beside in ((poor[poor > 0], -1), (poor[poor < len(poses) - 1][::-1], 1)):

@@ -1,4 +1,4 @@
-"""What scans say of places where a keyframe may lie, each matched with keyframes whose places are known."""
+"""Evidence of the scans for candidate poses of a keyframe, each matched with keyframes at known poses."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,31 +9,31 @@ from racecar.sensors.matching.scan_store import ScanStore
 from racecar.sensors.matching.see_through import see_through
 
 _MIN_JUDGED = 0.2
-"""Share of the points that must be judged for their word to count in full, by judgement: a fifth of a scan is
-no chance."""
+"""Share of judged points from which agreement has full weight. Chosen by judgement: a fifth of a scan is no
+coincidence."""
 _MIN_MATCHED = 0.03
-"""Share of the points that must be matched for their fit to count in full. By judgement: where the car drove
-on while scans were missing, little of what it saw before is seen again. With 0.2, one that drove 15 m of a
-bare corridor was put back to where it had been."""
+"""Share of matched points from which fit has full weight. Chosen by judgement: after driving through a gap,
+little of what was seen before is seen again. With 0.2, one that drove 15 m of a bare corridor was put back to
+where it had been."""
 _UNLIKE_SHARE = 0.1
-"""Share of the points that may lie either way whatever is true. By judgement: people, glass, edges."""
+"""Share of points that agree or disagree by chance. Chosen by judgement: people, glass, edges."""
 _BY_AGREEMENT = 15.0
-"""Log-odds for a place, per unit of the log-odds that a judged point lies on a surface and is not looked
-through. Points are not independent, else it would be hundreds: measured on 3100 keyframes of aces and fr079
-with scans left out, 10 to 15 tell right places from wrong ones best."""
+"""Log-odds for a pose per unit of the log-odds that a judged point is on a surface and not seen through.
+Points are not independent, else it would be hundreds: measured on 3100 keyframes of aces and fr079 with scans
+left out, 10 to 15 tell right places from wrong ones best."""
 _BY_FIT = 20.0
-"""Log-odds for a place where all matched points lie on lines, and against one where none does. Measured
-likewise: 10 to 20."""
+"""Log-odds for a pose with all matched points on lines; against one with none. Measured likewise: 10 to
+20."""
 
 
 def scan_evidence(
     store: ScanStore, fixed: NDArray[np.int64], fixed_poses: Pose, moving: int, matches: Matches
 ) -> NDArray[np.float64]:
-    """(G,) log-odds that each match of a keyframe with those ``fixed`` (F,) at their poses (F, 3) is right.
+    """(G,) log-odds that each match of a keyframe with those ``fixed`` (F,) at poses (F, 3) is right.
 
-    Two things speak for a place: that what is seen from there lies where it was seen before, and is not
-    looked through; and that it lies on lines, not across them. How much the scans share counts only where it
-    is too little to judge: along a corridor they share most where the car did not move at all.
+    Evidence for a pose is, first, that points lie on known surfaces and are not seen through, and second,
+    that they lie on lines and not across them. Overlap matters only where it is too small to judge: in a
+    corridor, it is largest where the car did not move at all.
     """
     pairs = np.column_stack([fixed, np.full(len(fixed), moving)])
     tests = [see_through(store, pairs, fixed_poses, np.tile(pose, (len(fixed), 1))) for pose in matches.poses]

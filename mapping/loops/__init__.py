@@ -1,1 +1,1 @@
-"""Loop closure: places that the car has been to before are found, matched and verified."""
+"""Loop closure: recognize earlier places, match and verify them."""

@@ -1,5 +1,5 @@
-"""Candidates: the earlier submaps that may show the same place as one, by how far the steps in between may
-err."""
+"""Loop candidates: earlier submaps that may show the same place, given the uncertainty of the path
+between."""
 
 import math
 
@@ -12,28 +12,28 @@ from racecar.sensors.matching.correlative_search import Window
 from racecar.sensors.matching.scan_store import ScanStore
 
 WITHOUT_DRIFT = Window(0.5, math.radians(4.0))
-"""Metres and radians searched to each side even without drift. By judgement: more than
-matching keyframes bridges."""
+"""Search window without drift, metres and radians to each side. Chosen by judgement: more than keyframe
+matching covers."""
 _WIDEST = Window(20.0, math.radians(40.0))
-"""Metres and radians searched to each side at most, because of the time it takes."""
+"""Largest search window, metres and radians to each side, because of the time it takes."""
 _SIGMAS = 4.0
-"""Standard deviations of the steps in between searched besides. Measured: maps of aces, fr079 and intel made
-without loops were off by up to 6.5 of turn and 5.4 of place, for the errors of matches in one place are
-alike; with what is searched without drift, 4 reach as far as any of them."""
+"""Standard deviations of the path between that are added to the window. Measured: maps of aces, fr079 and
+intel made without loops were off by up to 6.5 of turn and 5.4 of place, for the errors of matches in one
+place are alike; with what is searched without drift, 4 reach as far as any of them."""
 _MIN_DRIFT = 0.3
-"""Metres of drift to reckon with below which two submaps are well connected already, because matching
-keyframes bridges as much."""
+"""Metres of expected drift below which two submaps are already well connected, because keyframe matching
+covers as much."""
 _MOST_CANDIDATES = 4
-"""Submaps on which a new one is searched for at most, because of the time it takes."""
+"""Candidates of a new submap at most, because of the time it takes."""
 _CANDIDATE_SPACING = 3.0
-"""Metres between two candidates, because one of each place suffices."""
+"""Metres between candidates, because one per place suffices."""
 
 
 def candidates(
     query: Submap, among: int, graph: SubmapGraph, map_from_keyframe: Pose, store: ScanStore
 ) -> list[tuple[Submap, Window]]:
-    """The nearest of the first ``among`` submaps that lie within reach of one, one of each place, with
-    windows as wide as the drift may be."""
+    """The nearest of the first ``among`` submaps within reach of one, one per place, with search windows as
+    wide as the drift may be."""
     if among == 0:
         return []
     middles = map_from_keyframe[graph.middles(), :2]
@@ -42,7 +42,7 @@ def candidates(
     reach = np.minimum(WITHOUT_DRIFT.reach + drift, _WIDEST.reach)
     turn = np.minimum(WITHOUT_DRIFT.turn + drifted_turn, _WIDEST.turn)
     share_keyframes = np.array([submap.last >= query.first for submap in graph.submaps[:among]])
-    # The middles of two submaps of one place may lie as far apart as submaps follow each other.
+    # The centres of two submaps of one place may be as far apart as consecutive submaps.
     possible = ~share_keyframes & (drift > _MIN_DRIFT) & (apart < reach + SPACING)
     chosen: list[tuple[Submap, Window]] = []
     # A place seen in many passes needs one candidate, the nearest.

@@ -1,4 +1,4 @@
-"""Consistent support: a true loop is confirmed by those of neighbouring submaps, a look-alike seldom is."""
+"""Consistent support: a true loop is confirmed by those of neighbouring submaps, a false one seldom is."""
 
 import math
 from collections.abc import Sequence
@@ -8,23 +8,23 @@ from racecar.mapping.loops.submap_graph import SubmapGraph
 from racecar.maps.geometry.se2 import Pose, are_apart, between, compose
 
 _LIMITS = (0.35, math.radians(2.5))
-"""Metres and radians by which what one predicts of the other may be off. Measured: chosen in a prototype on
+"""Metres and radians by which one's prediction of the other may be off. Measured: chosen in a prototype on
 aces, intel and fr079."""
 _MIN_SPACING = 1.0
-"""Metres of path between two that support each other, half the spacing of submaps, because nearer ones see
-the same."""
+"""Metres of path between supporters at least, half the spacing of submaps, because closer ones see the
+same."""
 MAX_SPACING = 14.0
-"""Metres of path over which the drift stays within these limits; by judgement, seven submaps."""
+"""Metres of path over which drift stays within these limits. Chosen by judgement: seven submaps."""
 _REACH_PER_SUPPORTER = 4.0
-"""Metres of search window for each of which one supporter is needed, at least one, because more look-alikes
-lie in a wider window."""
+"""Metres of search window per required supporter, at least one, because wider windows have more false
+matches."""
 
 
 def is_supported(
     hypothesis: Hypothesis, others: Sequence[Hypothesis], graph: SubmapGraph, poses: Pose
 ) -> bool:
-    """Are enough of the hypotheses near it along the path, itself among them, consistent with it? The wider
-    the window it was found in, the more are needed."""
+    """Whether enough hypotheses close along the path, including itself, are consistent with it. Wider search
+    windows require more."""
     supporters = {
         other.moving.middle
         for other in others
@@ -34,7 +34,7 @@ def is_supported(
 
 
 def are_consistent(one: Hypothesis, other: Hypothesis, graph: SubmapGraph, poses: Pose) -> bool:
-    """Do two hypotheses of neighbouring submaps predict each other, keyframes at ``poses`` (K, 3)?"""
+    """Whether two hypotheses of neighbouring submaps predict each other, given keyframe ``poses`` (K, 3)."""
     apart = abs(graph.path[one.moving.middle] - graph.path[other.moving.middle])
     if not _MIN_SPACING <= apart <= MAX_SPACING:
         return False

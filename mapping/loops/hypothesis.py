@@ -12,19 +12,19 @@ from racecar.maps.geometry.se2 import Pose
 
 @dataclass(eq=False)
 class Hypothesis:
-    """A loop closure that was found and not refuted, but may still be a look-alike."""
+    """A loop closure that was found and verified, but may still be a false positive."""
 
     fixed: Submap
     moving: Submap
     fixed_from_moving: Pose
-    """(3,) between the middles of both."""
+    """(3,) relative pose of both centres."""
     information: NDArray[np.float64]
     """(3, 3) in the tangent frame of the moving one."""
     reach: float
-    """Metres that count as searched to find it: fewer than the window where it lies near its middle."""
+    """Metres of search window it is judged by: less than the window if found near its centre."""
     accepted: bool = False
 
     def as_constraint(self) -> Constraint:
-        """The loop closure between the middle keyframes."""
+        """The loop closure between the centre keyframes."""
         ends = self.fixed.middle, self.moving.middle
         return Constraint(*ends, self.fixed_from_moving, self.information, "loop_closure")

@@ -1,7 +1,7 @@
-"""Loop closure: finds the places that the car has been to before.
+"""Loop closure: recognize places that were visited before.
 
-Each new submap is sought on the earlier ones that lie, by the drift accumulated in between, within reach.
-Where it fits, the two are matched; what their scans do not refute is a hypothesis, and it becomes a
+Each new submap is searched for in earlier ones that are within reach given the accumulated drift. The best
+pose is refined by scan matching and verified by the see-through test. The resulting hypothesis becomes a
 constraint once those of neighbouring submaps support it.
 """
 
@@ -24,11 +24,11 @@ from racecar.sensors.matching.correlative_search import Window
 from racecar.sensors.matching.scan_store import ScanStore
 
 _OPEN_DISTANCE = 60.0
-"""Metres of path for which a hypothesis waits for support, because from farther off drift leaves none; by
+"""Metres of path for which a hypothesis waits for support, because drift prevents it farther away; chosen by
 judgement."""
 _REACH_PER_METRE_OFF = 3.0
-"""Metres of window that a place counts as found in per metre that it lies off where the map has it, because
-fewer look-alikes lie nearer; by judgement."""
+"""Metres of search window charged per metre between a hypothesis and its prediction, because fewer false
+matches are closer; chosen by judgement."""
 
 
 @dataclass(eq=False)
@@ -42,20 +42,20 @@ class LoopCloser:
         self._search = SubmapSearch(self.store, self.history.count)
 
     def learn_drift(self, poses: Pose, graph: PoseGraph) -> None:
-        """Note how much the steps to the newest keyframes at ``poses`` (K, 3) may err, by the pose graph;
-        wanted when a submap was completed."""
+        """Update the uncertainty of the steps to the newest keyframes at ``poses`` (K, 3) from the pose
+        graph; needed when a submap is complete."""
         known = self.history.graph.keyframes_with_variances
         steps = GraphEdges.of(graph.since(known), poses)
         self.history.graph.add_variances(steps.step_variances(known, len(poses)))
 
     def close(self, poses: Pose) -> list[Constraint]:
-        """Seek the newest submap on the earlier ones, keyframes at ``poses`` (K, 3); returns the loop
-        closures that are accepted now."""
+        """Search for the newest submap in earlier ones, with keyframes at ``poses`` (K, 3); returns loop
+        closures accepted now."""
         newest = len(self.history.submaps) - 1
         return self.seek(newest, newest, poses)
 
     def seek(self, query: int, among: int, poses: Pose) -> list[Constraint]:
-        """Seek a submap on the first ``among`` submaps; returns the loop closures that are accepted now."""
+        """Search for a submap in the first ``among`` submaps; returns loop closures accepted now."""
         history, moving = self.history, self.history.submaps[query]
         for fixed, window in candidates(moving, among, history.graph, poses, self.store):
             hypothesis = self.seek_on(fixed, moving, poses, window)
@@ -66,8 +66,8 @@ class LoopCloser:
         return history.accept([each for each in open_ if is_supported(each, near, history.graph, poses)])
 
     def seek_on(self, fixed: Submap, moving: Submap, poses: Pose, window: Window) -> Hypothesis | None:
-        """The hypothesis that a submap lies within a window where it fits a fixed one; None when it fits
-        nowhere, or in more than one place, or the scans refute it."""
+        """Search for a submap in a window of a fixed one. None when it fits nowhere, or is ambiguous, or the
+        scans refute it."""
         found = self._search.find(fixed, moving, poses, window)
         if found is None:
             return None
@@ -78,8 +78,8 @@ class LoopCloser:
     def match(
         self, fixed: Submap, moving: Submap, poses: Pose, guess: Pose, reach: float
     ) -> Hypothesis | None:
-        """The hypothesis that a match from ``guess`` (3,), found within ``reach`` metres, ends in; None when
-        the scans refute it."""
+        """Match two submaps from ``guess`` (3,), found within ``reach`` metres. Returns the hypothesis; None
+        when the scans refute it."""
         matched = match_submaps(fixed, moving, poses, guess, self.store)
         self.history.count("refuted" if matched is None else "verified")
         return None if matched is None else Hypothesis(fixed, moving, *matched, reach)

@@ -1,4 +1,4 @@
-"""What loop closure knows of a drive, as a session keeps it: submaps, hypotheses, counts."""
+"""State of loop closure, as stored in a session: submaps, hypotheses, counts."""
 
 from array import array
 from bisect import bisect_left, bisect_right, insort
@@ -18,29 +18,29 @@ from racecar.sensors.arrays import Arrays
 
 @dataclass(eq=False)
 class LoopHistory:
-    """Grows with the drive."""
+    """Submaps, hypotheses and counts of a drive so far."""
 
     graph: SubmapGraph = field(default_factory=SubmapGraph)
     hypotheses: list[Hypothesis] = field(default_factory=list)
-    """In the order of their moving submaps."""
+    """In order of their moving submaps."""
     log: dict[str, int] = field(default_factory=dict)
-    """How often what happened."""
+    """Number of events by name."""
 
     @property
     def submaps(self) -> list[Submap]:
-        """In the order of the path."""
+        """Submaps in order of the path."""
         return self.graph.submaps
 
     def count(self, what: str) -> None:
-        """Note that something happened once more."""
+        """Increment the count of an event."""
         self.log[what] = self.log.get(what, 0) + 1
 
     def add(self, hypothesis: Hypothesis) -> None:
-        """Take a hypothesis in at its place."""
+        """Insert a hypothesis in order."""
         insort(self.hypotheses, hypothesis, key=lambda h: h.moving.index)
 
     def within(self, metres: float, of: Submap) -> list[Hypothesis]:
-        """The hypotheses whose moving submaps lie so near along the path to the end of one."""
+        """Hypotheses whose moving submap is within this distance along the path of the end of a submap."""
 
         def driven(hypothesis: Hypothesis) -> float:
             return self.graph.path[hypothesis.moving.middle]
@@ -58,22 +58,21 @@ class LoopHistory:
         return [hypothesis.as_constraint() for hypothesis in hypotheses]
 
     def tied_until(self, loops: int) -> int:
-        """The first keyframe since which at most ``loops`` loops were closed; 0 while there were not so
-        many."""
+        """The last keyframe with at most ``loops`` loops closed since; 0 if there were not so many."""
         accepted = (h.moving.first for h in reversed(self.hypotheses) if h.accepted)
         return next(islice(accepted, loops, None), 0)
 
     def frozen(self) -> "LoopHistory":
-        """The same as it is now; it does not grow."""
+        """An immutable snapshot."""
         hypotheses = [replace(each) for each in self.hypotheses]
         return LoopHistory(self.graph.copy(), hypotheses, dict(self.log))
 
     def followed_by(self, later: "LoopHistory") -> "LoopHistory":
-        """The submaps of both, see `SubmapGraph.followed_by`, and neither's hypotheses."""
+        """Concatenated submaps, see `SubmapGraph.followed_by`, without hypotheses."""
         return LoopHistory(self.graph.followed_by(later.graph))
 
     def only(self, is_left: NDArray[np.bool_]) -> "LoopHistory":
-        """That of the keyframes that are left (K,), and of the submaps and hypotheses that are whole."""
+        """The part for the remaining keyframes (K,), with submaps and hypotheses that are complete."""
         graph, number = self.graph.only(is_left)
         hypotheses = [
             replace(each, fixed=graph.submaps[fixed], moving=graph.submaps[moving])
@@ -83,7 +82,7 @@ class LoopHistory:
         return LoopHistory(graph, hypotheses, dict(self.log))
 
     def to_arrays(self) -> Arrays:
-        """The whole state, by the names that `Session` documents."""
+        """The whole state, by the names documented in `Session`."""
         graph, found = self.graph, self.hypotheses
         submaps = [[s.first, s.middle, s.last] for s in graph.submaps]
         ends = [[h.fixed.index, h.moving.index] for h in found]
@@ -103,7 +102,7 @@ class LoopHistory:
 
     @classmethod
     def from_arrays(cls, arrays: Arrays) -> "LoopHistory":
-        """What `to_arrays` wrote. Raises KeyError when an array is missing."""
+        """Rebuild from `to_arrays`. Raises KeyError when an array is missing."""
         submaps = [Submap(k, *row) for k, row in enumerate(arrays["submaps"].tolist())]
         path, variances = (array("d", arrays[name].ravel().tolist()) for name in ("path", "variances"))
         edges = array("l", arrays["edges"].ravel().tolist())

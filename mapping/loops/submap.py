@@ -1,4 +1,4 @@
-"""Submaps: a few metres of keyframes about a middle one, taken as rigid."""
+"""A submap: the keyframes along a few metres of path, taken as rigid."""
 
 from dataclasses import dataclass
 
@@ -10,22 +10,22 @@ from racecar.sensors.matching.correlative_search import LikelihoodPyramid
 from racecar.sensors.matching.scan_store import ScanStore
 
 _POINT_SPACING = 0.1
-"""Metres: side of the cells of which each keeps one point, because it is that of the correlative search."""
+"""Metres: cell size for downsampling to one point each, because it is that of the correlative search."""
 _SAMPLE_RADIUS = 15.0
-"""Metres about the middle from which the points are taken that are searched with. By judgement: well within
-what is searched on."""
+"""Metres around the centre from which points are sampled. Chosen by judgement: well within the submap that is
+searched."""
 _MIN_SAMPLE = 50
-"""Points below which a submap is not searched for, because few fit anywhere."""
+"""Minimum number of points of a submap for a search, because few fit anywhere."""
 _CELLS_PER_ROW = 1_000_003
-"""In the numbering of cells: far more than a submap is wide, so that each cell has a number of its own."""
+"""Stride of cell numbers: much wider than any submap, so that they are unique."""
 
 
 @dataclass(frozen=True)
 class Submap:
-    """Keyframes ``first`` to ``last`` (inclusive) about keyframe ``middle``, whose frame is the submap's."""
+    """Keyframes ``first`` to ``last`` (inclusive) around keyframe ``middle``, whose frame is the submap's."""
 
     index: int
-    """Its number among the submaps of the path; -1 of one beside them."""
+    """Index among the submaps of the path; -1 if it is not one of them."""
     first: int
     middle: int
     last: int
@@ -36,7 +36,7 @@ class Submap:
         return np.arange(self.first, self.last + 1)
 
     def is_whole(self, store: ScanStore) -> bool:
-        """Are the scans of all its keyframes kept?"""
+        """Whether the scans of all its keyframes are kept."""
         return bool(store.is_kept[self.first : self.last + 1].all())
 
     def poses(self, map_from_keyframe: Pose) -> Pose:
@@ -44,7 +44,7 @@ class Submap:
         return between(map_from_keyframe[self.middle], map_from_keyframe[self.keyframes])
 
     def points(self, store: ScanStore, map_from_keyframe: Pose) -> NDArray[np.float64]:
-        """(N, 2) points in the submap's frame, thinned to one per cell."""
+        """(N, 2) points in the submap's frame, downsampled to one per cell."""
         poses = self.poses(map_from_keyframe)
         clouds = [
             transform_points(pose, store.points_of(int(k)))
@@ -57,11 +57,11 @@ class Submap:
         return thinned
 
     def pyramid(self, store: ScanStore, map_from_keyframe: Pose, radius: float) -> LikelihoodPyramid:
-        """What another submap is searched on: the points within ``radius`` metres."""
+        """Likelihood pyramid of the points within ``radius`` metres, to search in."""
         return LikelihoodPyramid(self.points(store, map_from_keyframe), radius)
 
     def sample(self, store: ScanStore, map_from_keyframe: Pose, most: int) -> NDArray[np.float64] | None:
-        """About ``most`` of the points near the middle, to search with; None when there are too few."""
+        """About ``most`` points near the centre, to search with; None when there are too few."""
         points = self.points(store, map_from_keyframe)
         points = points[np.abs(points).max(axis=1) < _SAMPLE_RADIUS]
         return None if len(points) < _MIN_SAMPLE else points[:: max(1, len(points) // most)]

@@ -1,4 +1,4 @@
-"""The graph of submaps: how far any of them may have drifted from any other."""
+"""The graph of submaps: how far each may have drifted relative to any other."""
 
 from array import array
 from dataclasses import dataclass, field
@@ -14,18 +14,16 @@ from racecar.mapping.loops.submap import Submap
 from racecar.maps.geometry.se2 import Pose
 
 SPACING = 2.0
-"""Metres of path from one submap to the next, so that every place lies near the middle of one; by
-judgement."""
+"""Metres of path between submaps, so that every place is near the centre of one; chosen by judgement."""
 _HALF_LENGTH = 3.0
-"""Metres of path to each side of a submap's middle, because over these drift is negligible; by judgement."""
+"""Metres of path to each side of a submap's centre, chosen by judgement, because drift is negligible."""
 _CLOSURE_VARIANCES = (0.03**2, 0.005**2)
-"""Square metres and radians that a loop closure leaves: by judgement, as much as half a cell of the map and
-some tenths of a degree, because its submaps were matched."""
+"""Variances in square metres and radians after a loop closure. Chosen by judgement: half a cell of the map
+and some tenths of a degree, because its submaps were matched."""
 _BETWEEN_DRIVES = (100.0, 10.0)
-"""The same between two drives: so much that no loop is sought that wide, because nothing is known of it."""
+"""The same between two drives: too large for any loop search, because their relative pose is unknown."""
 _SEARCHED = 2000
-"""Keyframes at the end of the path in which the next submap begins, so that the search costs the same all
-day."""
+"""Last keyframes among which the next submap is started, so that the cost stays constant all day."""
 
 
 @dataclass(eq=False)
@@ -36,17 +34,17 @@ class SubmapGraph:
     path: "array[float]" = field(default_factory=lambda: array("d"))
     """(K,) metres driven up to each keyframe."""
     edges: "array[int]" = field(default_factory=lambda: array("l"))
-    """(E, 3) submap, submap, and whether a loop closure connects them, flat: it is read at each new
+    """(E, 3) submap, submap, and whether a loop closure connects them; flat, because it is read for every
     submap."""
     variances: "array[float]" = field(default_factory=lambda: array("d"))
-    """(V, 2) square metres and square radians that the steps up to each keyframe may err, added up, flat;
-    known up to the newest submap."""
+    """(V, 2) accumulated variances of the steps up to each keyframe, square metres and square radians; flat,
+    up to the newest submap."""
 
     def add_keyframe(self, distance: float) -> Submap | None:
         """Add a keyframe ``distance`` metres after the last; returns the submap that it completes."""
         self.path.append((self.path[-1] + distance) if self.path else 0.0)
         last = len(self.path) - 1
-        next_middle = (  # the first is all ahead, so that the start is recognized too
+        next_middle = (  # the first submap begins at its centre, so that the start is recognized too
             max(self.path[self.submaps[-1].middle] + SPACING, _HALF_LENGTH) if self.submaps else 0.0
         )
         if self.path[last] < next_middle + _HALF_LENGTH:
@@ -63,17 +61,17 @@ class SubmapGraph:
 
     @property
     def keyframes_with_variances(self) -> int:
-        """How many keyframes there are whose variances are known."""
+        """Number of keyframes with known variances."""
         return len(self.variances) // 2
 
     def add_variances(self, of_steps: NDArray[np.float64]) -> None:
-        """How much the steps (N, 2) to the next keyframes may err: square metres, square radians."""
+        """Append variances (N, 2) of the steps to the next keyframes: square metres, square radians."""
         before = self.variances[-2:] or [0.0, 0.0]
         self.variances.extend((np.cumsum(of_steps, axis=0) + before).ravel())
 
     def only(self, is_left: NDArray[np.bool_]) -> "tuple[SubmapGraph, list[int]]":
-        """That of the keyframes that are left (K,), with the submaps that are whole; and which each of the
-        submaps has become, -1 where it is not whole."""
+        """The graph of the remaining keyframes (K,) with complete submaps, and the new index of each submap,
+        -1 if it is incomplete."""
         before, keyframe = np.append(0, np.cumsum(is_left)), np.cumsum(is_left) - 1
         whole = [s for s in self.submaps if before[s.last + 1] - before[s.first] == s.last + 1 - s.first]
         number = np.full(len(self.submaps), -1)
@@ -93,8 +91,8 @@ class SubmapGraph:
         return graph, number.tolist()
 
     def _closures_passed_on(self, number: NDArray[np.int64]) -> NDArray[np.int64]:
-        """(E, 3) the closures between submaps that go on under numbers (S,), not negative; those of one that
-        goes pass on to another that it is connected to."""
+        """(E, 3) closures between submaps with new indices (S,), not negative; those of a removed one pass on
+        to a connected submap."""
         closed: dict[int, dict[int, bool]] = {k: {} for k in range(len(self.submaps))}
         for first, second, is_closure in np.reshape(self.edges, (-1, 3)).tolist():
             if is_closure or number[first] < 0 or number[second] < 0:
@@ -110,11 +108,11 @@ class SubmapGraph:
         self.edges.extend((fixed.index, moving.index, 1))
 
     def middles(self) -> NDArray[np.int64]:
-        """(S,) the middle keyframe of each submap."""
+        """(S,) centre keyframe of each submap."""
         return np.array([submap.middle for submap in self.submaps])
 
     def groups(self) -> Groups:
-        """The submap that each keyframe moves with."""
+        """Assignment of keyframes to submaps."""
         drifted = np.reshape(self.variances, (-1, 2))[:, 0]
         after_the_last = len(self.path) - len(drifted)
         return Groups(self.middles(), np.pad(drifted, (0, after_the_last), mode="edge"))
@@ -122,8 +120,8 @@ class SubmapGraph:
     def spreads_from(
         self, submap: int, places: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(S,), (S,) standard deviations of where and how one submap lies as seen from each, in metres and
-        radians; the middles of all lie at ``places`` (S, 2)."""
+        """(S,), (S,) standard deviations of one submap's position and heading relative to each other one, in
+        metres and radians; submap centres are at ``places`` (S, 2)."""
         place, turn = self._edge_variances()
         seen_from = place + turn * self._squared_levers(submap, places)
         return self._along_chains(seen_from, submap), self._along_chains(turn, submap)
@@ -131,8 +129,8 @@ class SubmapGraph:
     def are_near(
         self, first: NDArray[np.int64], second: NDArray[np.int64], poses: Pose, most: float
     ) -> NDArray[np.bool_]:
-        """(P, Q) whether keyframes (P,) and (Q,), of all at ``poses`` (K, 3), lie as seen from each other
-        with a standard deviation of ``most`` metres at most."""
+        """(P, Q) whether keyframes (P,) and (Q,) at ``poses`` (K, 3) have a relative standard deviation of at
+        most ``most`` metres."""
         group, places = self.groups().nearest(), poses[self.middles(), :2]
         submaps, which = np.unique(group[first], return_inverse=True)
         place, turn = self._edge_variances()
@@ -144,8 +142,7 @@ class SubmapGraph:
         return is_near[np.ix_(which, group[second])]
 
     def _edge_variances(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(E,), (E,) square metres of place and square radians of turn that each edge may err, by the steps
-        in between."""
+        """(E,), (E,) variances of each edge from the steps between: square metres, square radians."""
         first, second, is_closure = np.reshape(self.edges, (-1, 3)).T
         middles, accumulated = self.middles(), np.reshape(self.variances, (-1, 2))
         variances = np.abs(accumulated[middles[second]] - accumulated[middles[first]])
@@ -153,7 +150,7 @@ class SubmapGraph:
         return variances[:, 0], variances[:, 1]
 
     def _squared_levers(self, submap: int, places: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(E,) square metres from a submap to each edge: what is seen from beyond a turn moves with it."""
+        """(E,) squared lever arms in square metres, from a submap to each edge, of heading errors."""
         first, second, _ = np.reshape(self.edges, (-1, 3)).T
         levers = 0.5 * (places[first] + places[second]) - places[submap]
         return np.asarray(np.sum(levers**2, axis=1), dtype=np.float64)
@@ -161,8 +158,8 @@ class SubmapGraph:
     def _along_chains(
         self, variances: NDArray[np.float64], submap: int, most: float = np.inf
     ) -> NDArray[np.float64]:
-        """(S,) standard deviations from a submap to each, along the surest chain of edges that have variances
-        (E,); infinite beyond ``most``."""
+        """(S,) standard deviations from a submap to each along the most certain path over edges with
+        variances (E,); infinite beyond ``most``."""
         count = len(self.submaps)
         first, second, _ = np.reshape(self.edges, (-1, 3)).T
         graph = csr_array((variances, (first, second)), shape=(count, count))
@@ -172,12 +169,12 @@ class SubmapGraph:
         return np.asarray(np.sqrt(least[0]), dtype=np.float64)
 
     def copy(self) -> "SubmapGraph":
-        """The same as it is now; it does not grow."""
+        """A snapshot that does not grow."""
         return SubmapGraph(list(self.submaps), self.path[:], self.edges[:], self.variances[:])
 
     def followed_by(self, later: "SubmapGraph") -> "SubmapGraph":
-        """Both, the keyframes and submaps of the later one numbered after those of this one; nothing connects
-        them yet."""
+        """Concatenate two graphs; the later one's keyframes and submaps are renumbered. Nothing connects them
+        yet."""
         keyframes, submaps = len(self.path), len(self.submaps)
         moved = [
             Submap(submaps + s.index, keyframes + s.first, keyframes + s.middle, keyframes + s.last)
@@ -197,6 +194,6 @@ class SubmapGraph:
 
 
 def _chain(count: int) -> NDArray[np.int64]:
-    """(E, 3) the edges that connect each of so many submaps to the next along the path."""
+    """(E, 3) edges between each of ``count`` submaps and the next."""
     numbers = np.arange(count)
     return np.column_stack([numbers[:-1], numbers[1:], np.zeros(max(count - 1, 0))]).astype(np.int64)

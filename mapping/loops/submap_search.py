@@ -1,4 +1,4 @@
-"""The correlative search of one submap on another."""
+"""Correlative search of one submap in another."""
 
 from collections.abc import Callable
 
@@ -12,37 +12,36 @@ from racecar.sensors.matching.correlative_search import Fit, LikelihoodPyramid, 
 from racecar.sensors.matching.scan_store import ScanStore
 
 _MIN_SCORE = 0.2
-"""Least mean likelihood of the points at a place that is accepted. By judgement: two submaps of a laser that
-sees 4 m far share a third of what they show where their paths cross."""
+"""Minimum mean likelihood of a match. Chosen by judgement: two submaps of a laser that sees 4 m far share a
+third of what they show where their paths cross."""
 AMBIGUOUS_SHARE = 0.85
-"""Score of a second place, as a share of the best, from which the search is ambiguous. Measured: chosen in a
+"""Score of a second peak, relative to the best, from which the search is ambiguous. Measured: chosen in a
 prototype on aces, intel and fr079."""
 _LIKELY_SHARE = 0.25
-"""Share of the window beyond what is searched without drift that the drift fills, because usually it does no
-more; by judgement."""
+"""Share of the drift window that usually suffices, because drift is usually less; chosen by judgement."""
 _NEAR_SHARE = 0.65
-"""Share of the score of a place farther off from which a near place makes it ambiguous. By judgement: it must
-fit far better."""
+"""Score of a near peak relative to a far one from which the far one is ambiguous. Chosen by judgement: it
+must fit far better."""
 _RADIUS = 25.0
-"""Metres about its middle of which a submap is searched on, because the sample's radius and the widest usual
-window are together less."""
+"""Radius in metres of the submap that is searched, because it exceeds the sample's radius plus the widest
+usual window."""
 _POINTS = 500
-"""Points that are searched with at most, because of the time it takes; by judgement."""
+"""Number of points to search with at most, because of the time it takes; chosen by judgement."""
 _MOST_PYRAMIDS = 48
-"""Of the submaps searched on last, kept because neighbours are sought on the same ones; some 2 MB each."""
+"""Cached pyramids of recently searched submaps, because neighbours search the same ones; some 2 MB each."""
 
 
 class SubmapSearch:
-    """Searches submaps of a store; it keeps the likelihood pyramids of those searched on last."""
+    """Searches submaps of a store, with a cache of likelihood pyramids."""
 
     def __init__(self, store: ScanStore, count: Callable[[str], None]) -> None:
-        """``count`` is called with each thing that happens: ``searched``, ``scored``, ``ambiguous``."""
+        """``count`` is called for each event: ``searched``, ``scored``, ``ambiguous``."""
         self._store, self._count = store, count
         self._pyramids: dict[Submap, LikelihoodPyramid] = {}
 
     def find(self, fixed: Submap, moving: Submap, poses: Pose, window: Window) -> Pose | None:
-        """fixed_from_moving (3,) where the moving submap fits the fixed one, within a window about where the
-        poses (K, 3) of the keyframes put it; None when it fits nowhere, or in more than one place."""
+        """fixed_from_moving (3,) of the best match, in a window around the prediction from the poses (K, 3)
+        of the keyframes; None when nothing fits, or it is ambiguous."""
         points = moving.sample(self._store, poses, _POINTS)
         if points is None:
             return None
@@ -54,10 +53,10 @@ class SubmapSearch:
     def _search(
         self, fixed: LikelihoodPyramid, points: NDArray[np.float64], guess: Pose, window: Window
     ) -> Fit | None:
-        """The one place in the window where the points fit; None when there is none, or more than one.
+        """The unique match of the points in the window; None when there is none, or more than one.
 
-        Drift seldom fills the window: a place near the guess wins against an equally good one farther off,
-        and one farther off must fit far better than any near.
+        Drift seldom fills the window: a peak near the guess wins against an equal one farther away, and a far
+        one must score far better than any near one.
         """
         base = WITHOUT_DRIFT.reach
         near_window = Window(base + _LIKELY_SHARE * (window.reach - base), window.turn)

@@ -6,7 +6,7 @@ from racecar.maps.settings import Settings
 
 
 class QualityConfig(Settings):
-    """What a map may err to be called good."""
+    """Limits of a good map."""
 
     good_local: float = Field(
         default=0.1,

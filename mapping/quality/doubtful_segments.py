@@ -1,7 +1,7 @@
-"""Where something speaks against a map: passes that contradict each other, stretches that little ties.
+"""Locate what contradicts a map: passes that disagree, stretches with few constraints.
 
-The wrong step itself cannot be seen, or the mapper would not have made it; it lies between two passes that
-contradict each other, and most likely where the path in between is tied worst.
+The wrong step itself cannot be seen, or the mapper would not have made it. It is between two passes that
+disagree, most likely where the path between is least constrained.
 """
 
 from collections.abc import Iterable, Iterator
@@ -15,22 +15,22 @@ from racecar.mapping.quality.statistics import MapStatistics
 from racecar.mapping.quality.unseen_ways import MOST_UNSEEN_WAY
 
 _MOST_OF_A_KIND = 3
-"""Segments that are named of each kind at most, because nobody reads more."""
+"""Reported segments of each kind at most, because nobody reads more."""
 _LEAST_SHARE = 0.05
-"""Share looked through, beyond what neighbours look through of each other, from which two passes contradict
-each other. By judgement: people and doors make less."""
+"""Share seen through, in excess of that of neighbours, from which two passes disagree. Chosen by judgement:
+people and doors make less."""
 _LEAST_OPEN = 0.1
-"""Metres from which a stretch is named. By judgement: two cells of the map."""
+"""Metres of uncertainty from which a stretch is reported. Chosen by judgement: two cells of the map."""
 _FIRST = 1000.0
-"""A weight beyond that of any contradiction that can be measured; by judgement."""
+"""A weight above that of any measurable contradiction; chosen by judgement."""
 
 
 _Weighed = tuple[float, DoubtfulSegment]
-"""How much speaks against a segment, in units of what is usual."""
+"""Weight of the evidence against a segment, relative to the usual, and the segment."""
 
 
 def doubtful_segments(map_: FinishedMap, statistics: MapStatistics) -> tuple[DoubtfulSegment, ...]:
-    """Those of most weight first."""
+    """All segments, heaviest first."""
     kinds = (_contradictions, _open_stretches, _unseen_ways, _jumps)
     chosen = [weighed for kind in kinds for weighed in _heaviest(kind(map_, statistics))[:_MOST_OF_A_KIND]]
     return tuple(segment for _, segment in _heaviest(chosen))
@@ -41,7 +41,7 @@ def _heaviest(segments: Iterable[_Weighed]) -> list[_Weighed]:
 
 
 def _contradictions(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
-    """Pairs of passes of which one looks through what the other saw, beyond what neighbours do."""
+    """Pairs of passes of which one sees through what the other saw, more than neighbours do."""
     passes, places = statistics.passes, statistics.places
     share = places.looked_through
     beyond = share - places.usual
@@ -58,7 +58,7 @@ def _contradictions(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_W
 
 
 def _open_stretches(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
-    """Stretches that what ties the path together leaves open most, none of them over another."""
+    """The most uncertain stretches that do not overlap."""
     named: list[tuple[int, int]] = []
     for k in np.argsort(-statistics.open, kind="stable").tolist():
         first, last = statistics.stretches[k].tolist()
@@ -73,8 +73,8 @@ def _open_stretches(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_W
 
 
 def _unseen_ways(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
-    """Steps in which the car seems to have stood, and no wall tells whether it did; of all that is doubtful,
-    the user alone can settle these, so they come first."""
+    """Steps in which the car seems to stand, but no wall would show motion. They come first, as only the user
+    can settle them."""
     ways = statistics.unseen_ways
     for k in np.flatnonzero(ways > MOST_UNSEEN_WAY).tolist():
         run = (k, k + 1)
@@ -83,7 +83,7 @@ def _unseen_ways(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weig
 
 
 def _jumps(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
-    """Steps that no car drives, so that what lies before or after them is wrong for certain."""
+    """Steps that no car can drive: the map before or after them is certainly wrong."""
     beyond = statistics.jumps
     for k in np.flatnonzero(beyond > MOST_JUMP).tolist():
         run = (k, k + 1)

@@ -1,7 +1,7 @@
-"""Does the last drive see what earlier drives saw at the same places?
+"""Compare the last drive with what earlier drives saw at the same places.
 
-Things are moved between drives, so that at some places it looks through what was there before; a drive that
-was joined at a wrong place does so nearly everywhere.
+Objects are moved between drives, so at some places it sees through what was there before. A drive that was
+merged at a wrong place does so nearly everywhere.
 """
 
 import numpy as np
@@ -10,14 +10,14 @@ from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.pass_agreement import agreement_of, near_pairs
 
 MOST_UNLIKE = 0.3
-"""Share of what earlier drives saw that the last one may look through at most places. Measured where half of
+"""Share of earlier drives' points that the last one may see through at most places. Measured where half of
 the furniture was moved between drives: 0.1; with the last one 0.2 m off 0.26, with 0.5 m or 3 degrees 0.4 to
 0.8."""
 
 
 def unlike_earlier(map_: FinishedMap) -> float:
-    """Share of what earlier drives saw that the last one looks through at half of the places or more, or the
-    other way round; NaN where they share none."""
+    """Median over places of the share of earlier drives' points that the last one sees through, or vice
+    versa; NaN without common places."""
     _, pairs = near_pairs(map_)
     first = map_.first_of_last_drive
     of_both = pairs[(pairs[:, 0] < first) & (pairs[:, 1] >= first)]

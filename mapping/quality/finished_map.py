@@ -1,4 +1,4 @@
-"""What is judged: a finished map, with the path and the graph that it was made of."""
+"""A finished map to be judged, with its path and pose graph."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,22 +16,22 @@ class FinishedMap:
 
     session: Session
     seconds: NDArray[np.float64]
-    """(K,) of each keyframe since the drive began; NaN in earlier drives."""
+    """(K,) seconds since the drive began; NaN in earlier drives."""
     wheel_scale: float = 1.0
-    """Length by the scans over length by the wheels, as it was learned; 1 where it was not."""
+    """Learned length by scans relative to length by wheels; 1 if not learned."""
     overruled_wheels: float = 0.0
     """Share of the drive's steps in which the scans refuted the wheels."""
 
     @property
     def first_of_last_drive(self) -> int:
-        """Where the keyframes of the last drive begin, or of all that count as such."""
+        """Index of the last drive's first keyframe."""
         drives = self.session.drives
         return int(np.argmax(drives == drives[-1]))
 
     @property
     def last_drive(self) -> "FinishedMap":
-        """The same of the last drive alone: between drives the world may have changed, and earlier ones were
-        judged in their time."""
+        """The last drive alone: the world may have changed between drives, and earlier ones were judged
+        before."""
         first = self.first_of_last_drive
         if first == 0:
             return self
@@ -40,7 +40,7 @@ class FinishedMap:
 
     @property
     def poses(self) -> Pose:
-        """(K, 3) of the laser at the keyframes."""
+        """(K, 3) laser poses of the keyframes."""
         return self.session.map_from_keyframe
 
     @cached_property

@@ -1,8 +1,8 @@
-"""How a solved pose graph moves where what was measured is wrong.
+"""Response of a solved pose graph to errors of its measurements.
 
-Errors pull keyframes by information times error, and these give way by the inverse of the graph's Hessian. Of
-errors that are drawn as its constraints state them, the motions are spread as the map itself is uncertain
-(Papandreou and Yuille, "Perturb-and-MAP random fields", 2011).
+Keyframes move by the inverse Hessian of the graph times the pull of the errors, information times error. If
+errors are sampled from the constraints' covariances, these motions have the covariance of the map (Papandreou
+and Yuille, "Perturb-and-MAP random fields", 2011).
 """
 
 from collections.abc import Iterator
@@ -16,14 +16,14 @@ from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.maps.geometry.se2 import Pose, adjoint, between
 
 _LOOSE = 0.5
-"""Metres and radians that a step may err where nothing measured it: somewhat more than the step by which
-keyframes are due. By judgement; it also keeps the equations solvable."""
+"""Standard deviation in metres and radians of an unmeasured step: somewhat more than the keyframe spacing.
+Chosen by judgement; it also keeps the equations solvable."""
 _DRAWS, _SEED = 64, 1
-"""Of errors, so that a spread is right to a tenth, one over the root of twice as many, and each time."""
+"""Number of samples, for a spread right to a tenth, one over the root of twice as many, and a fixed seed."""
 
 
 class GraphMotion:
-    """Of a graph that was solved to (K, 3); the first keyframe is held."""
+    """Linear response of a graph solved to (K, 3); the first keyframe is fixed."""
 
     def __init__(self, edges: GraphEdges, poses: Pose) -> None:
         first = np.arange(len(poses) - 1)
@@ -41,14 +41,14 @@ class GraphMotion:
         )
 
     def spreads(self, pairs: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(P,) standard deviation in metres of the place of the second keyframes of pairs (P, 2), as seen
-        from the first ones."""
+        """(P,) standard deviation in metres of the second keyframe's position relative to the first, of pairs
+        (P, 2)."""
         shifts = self._shifts(np.stack([self._moved(pull) for pull in self._noise()]), pairs)
         return np.asarray(np.sqrt(np.mean(shifts**2, axis=0)))
 
     def shifts(self, errors: NDArray[np.float64], pairs: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(P,) metres by which the second keyframes of pairs (P, 2) move, as seen from the first ones, where
-        constraints err by (C, 3) in the tangent frames of their second keyframes."""
+        """(P,) metres by which second keyframes of pairs (P, 2) move relative to the first, given constraint
+        errors (C, 3) in the tangent frames of their second keyframes."""
         pull = (self._information[: len(errors)] @ errors[:, :, None])[:, :, 0]
         return self._shifts(self._moved(pull)[None], pairs).ravel()
 
@@ -60,7 +60,7 @@ class GraphMotion:
         return np.asarray(np.hypot(apart[..., 0], apart[..., 1]))
 
     def _noise(self) -> Iterator[NDArray[np.float64]]:
-        """(C, 3) pulls of errors as likely as constraints state them, those of loose steps behind."""
+        """Samples (C, 3) of the pull of errors with the constraints' covariances; loose steps come last."""
         generator = np.random.default_rng(_SEED)
         values, vectors = np.linalg.eigh(self._information)
         root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
@@ -68,7 +68,7 @@ class GraphMotion:
             yield (root @ generator.standard_normal((len(root), 3, 1)))[:, :, 0]
 
     def _moved(self, pull: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(K, 3) motion of the keyframes where constraints are pulled by (C, 3)."""
+        """(K, 3) motion of the keyframes under pulls (C, 3) on the constraints."""
         pulled = np.zeros((len(self._poses), 3))
         first, second = self._ends[: len(pull)].T
         np.add.at(pulled, second, pull)
@@ -78,7 +78,7 @@ class GraphMotion:
         return pulled
 
     def _hessian(self) -> "coo_array":
-        """(3K, 3K) of the keyframes, each moving in its own frame."""
+        """(3K, 3K) Hessian with respect to each keyframe's own frame."""
         weighted = self._by_first @ self._information
         of_first, swapped = weighted @ self._by_first.transpose(0, 2, 1), weighted.transpose(0, 2, 1)
         blocks = np.concatenate([of_first, weighted, swapped, self._information])
@@ -92,6 +92,6 @@ class GraphMotion:
 
 
 def _moved_by_first(poses: Pose, pairs: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(P, 3, 3) how motions of the first keyframes of pairs (P, 2) move the second ones as seen from them,
-    each in its own frame."""
+    """(P, 3, 3) how first keyframes of pairs (P, 2) move the second ones relative to them, each in its own
+    frame."""
     return -adjoint(between(poses[pairs[:, 1]], poses[pairs[:, 0]]))

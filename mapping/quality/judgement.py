@@ -1,4 +1,4 @@
-"""The verdict: what the statistics of a finished map say of its error."""
+"""The verdict: from statistics of a finished map to its expected error."""
 
 from collections.abc import Iterator, Mapping
 
@@ -15,26 +15,26 @@ from racecar.mapping.quality.statistics import measure
 from racecar.mapping.quality.unseen_ways import MOST_UNSEEN_WAY
 
 _LEAST = np.array([0.015, 0.06])
-"""Metres per 10 m and over the whole that remain where nothing speaks against a map; measured, as are
-`_THROUGH` and `_RESIDUAL`, on 161 maps of known error, see docs/measured/mapper.md. What is not seen: a map
-that is wrong everywhere alike, such as mirrored, and drift where nothing is passed twice."""
+"""Metres per 10 m and over the whole that remain without any evidence against a map; measured, as are
+`_THROUGH` and `_RESIDUAL`, on 161 maps of known error, see docs/measured/mapper.md. Not detected: a map that
+is wrong everywhere alike, such as mirrored, and drift where nothing is passed twice."""
 _OF_SPREAD = 0.8
-"""Mean error over its standard deviation, by definition of the normal distribution."""
+"""Mean absolute error over standard deviation, by definition of the normal distribution."""
 _THROUGH = 3.0
-"""Metres, by the square of the share that passes look through of each other; measured on the same maps."""
+"""Metres per squared share of points seen through between passes; measured on the same maps."""
 _RESIDUAL = 20.0
-"""Metres, by the square of the mean residual of matches in metres; measured on the same maps."""
+"""Metres per squared mean match residual in metres; measured on the same maps."""
 _WRONG_FACTOR = 2.5
-"""By what factor a map is expected to err more than a good one, from which it is wrong and not only doubtful.
+"""Expected error, relative to the limit of a good map, from which a map is wrong and not only doubtful.
 Measured likewise."""
 _MOST_SCALE = 1.25
-"""Factor between lengths by scans and by wheels, from which one of the two must be wrong. By judgement: worn
+"""Ratio of lengths by scans and by wheels from which one of both must be wrong. Chosen by judgement: worn
 tyres and wrong settings make some per cent, scans that do not move make any. Good maps had 1.07 at most."""
 _MOST_OVERRULED = 0.5
-"""Share of the steps on which scans may contradict the wheels. By judgement: wheels slip now and then, and a
-robot is carried for a while."""
+"""Share of steps in which scans may contradict the wheels. Chosen by judgement: wheels slip now and then, and
+a robot is carried for a while."""
 _WEIGHTY = 0.25
-"""Share of an expected error from which its cause is given as a reason, so that there are few."""
+"""Share of the expected error from which a cause is reported, so that there are few."""
 _WHY = {
     "passes": "Passes through the same place look through {looked_through_by_passes:.0%} more of what the "
     "other one saw than scans that follow each other.",
@@ -44,14 +44,14 @@ _WHY = {
     "{spread_of_whole:.2f} m over the whole map.",
     "matches": "Scans fit each other elsewhere than in the map, by {match_residual_m:.3f} m on average.",
 }
-"""What is said of each cause of errors."""
+"""Sentences for the causes of errors."""
 
 
 def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
-    """The verdict on a finished map: on its last drive, and on how that lies on what earlier ones saw."""
+    """Judge a finished map: its last drive, and its agreement with earlier ones."""
     last = map_.last_drive
     if len(last.poses) < 2:
-        local, whole = _LEAST.tolist()  # what was seen from one place cannot contradict itself
+        local, whole = _LEAST.tolist()  # a single place cannot contradict itself
         return MapQuality(Verdict.GOOD, local, whole, (), (), {})
     statistics = measure(last)
     figures = statistics.figures
@@ -68,7 +68,7 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
     segments = tuple(segment.shifted(map_.first_of_last_drive) for segment in found)
     shares = {name: float((metres / expected).max()) for name, metres in causes.items()}
     if any(segment.contradicted_by for segment in segments):
-        del shares["passes"]  # they are named, one by one, with their places
+        del shares["passes"]  # the segments report them one by one, with their places
     weighty = [name for name in sorted(shares, key=lambda name: -shares[name]) if shares[name] >= _WEIGHTY]
     complaints = [_WHY[name].format_map(figures) for name in weighty if excess > 1.0]
     reasons = (*doubts, *complaints, *(segment.why for segment in segments))
@@ -77,8 +77,8 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
 
 
 def _causes(figures: Mapping[str, float]) -> dict[str, NDArray[np.float64]]:
-    """(2,) metres per 10 m and over the whole that each makes a map wrong by: passes that contradict each
-    other, wheels that slip, what the graph leaves open, and matches that the map does not follow."""
+    """(2,) expected error per cause, in metres per 10 m and over the whole: disagreeing passes, wheel slip,
+    uncertainty of the graph, and residuals of matches."""
     through, residual = np.fmax([figures["looked_through_by_passes"], figures["match_residual_m"]], 0.0)
     return {
         "passes": np.full(2, _THROUGH * through**2),
@@ -89,9 +89,8 @@ def _causes(figures: Mapping[str, float]) -> dict[str, NDArray[np.float64]]:
 
 
 def _doubts(wheel_scale: float, figures: Mapping[str, float]) -> Iterator[str]:
-    """What leaves a map doubtful whatever error is expected: scans and wheels that cannot both be right, by
-    the scale between them or the share of steps on which wheels were overruled; a path that jumps, a car that
-    may have gone unseen, or a drive that may lie elsewhere."""
+    """Reasons to doubt a map whatever its expected error: scans and wheels that contradict each other in
+    scale or in too many steps, a path that jumps, unobserved motion, or a drive merged at a wrong place."""
     unlike = figures.get("unlike_earlier", 0.0)
     if unlike > MOST_UNLIKE:
         yield (

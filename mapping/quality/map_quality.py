@@ -1,4 +1,4 @@
-"""The verdict on a finished map, for people and for programs."""
+"""The verdict on a finished map, for people and programs."""
 
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -12,33 +12,33 @@ class Verdict(str, Enum):
 
     GOOD = "good"
     DOUBTFUL = "doubtful"
-    """To be looked at before it is used."""
+    """Check before use."""
     WRONG = "wrong"
 
 
 @dataclass(frozen=True, eq=False)
 class DoubtfulSegment:
-    """A part of the path that something speaks against."""
+    """A part of the path with evidence against it."""
 
     why: str
     """A sentence for people, with time and place."""
     keyframes: tuple[int, int]
-    """The first and the last."""
+    """First and last keyframe."""
     place: NDArray[np.float64]
-    """(2,) metres in the map, in its middle."""
+    """(2,) metres in the map, at its middle."""
     seconds: tuple[float, float] | None
-    """Since the drive began; None in an earlier drive."""
+    """Seconds since the drive began; None in an earlier drive."""
     contradicted_by: tuple[int, int] | None = None
-    """The keyframes of another pass that saw it otherwise."""
+    """First and last keyframe of another pass that disagrees."""
 
     def shifted(self, keyframes: int) -> "DoubtfulSegment":
-        """The same where so many keyframes come before."""
+        """The same with indices increased by ``keyframes``."""
         runs = (self.keyframes, self.contradicted_by)
         own, other = (None if run is None else (run[0] + keyframes, run[1] + keyframes) for run in runs)
         return replace(self, keyframes=own or self.keyframes, contradicted_by=other)
 
     def as_dict(self) -> dict[str, object]:
-        """For reports."""
+        """The entry in reports."""
         return {
             "why": self.why,
             "x_m": float(self.place[0]),
@@ -56,18 +56,18 @@ class MapQuality:
 
     verdict: Verdict
     error_per_10_m: float
-    """Metres that two places 10 m of path apart, or one place at two passes, are expected to be off as seen
-    from each other, whichever is worse."""
+    """Expected error in metres between two places 10 m of path apart, or of one place between two passes,
+    whichever is larger."""
     error_of_whole: float
-    """Metres, the same of any two places of the path."""
+    """Expected error in metres between any two places of the path."""
     reasons: tuple[str, ...]
-    """Sentences for people, the weightiest first; none of a good map."""
+    """Sentences for people, most important first; none for a good map."""
     segments: tuple[DoubtfulSegment, ...]
-    """The weightiest first."""
+    """Most important first."""
     statistics: dict[str, float]
-    """What it was judged by; NaN where there was nothing to measure."""
+    """The measured statistics; NaN where there was nothing to measure."""
     doubts: tuple[str, ...] = ()
-    """The first of the reasons: what the expected errors do not allow for."""
+    """The first of the reasons: those not covered by the expected errors."""
 
     @property
     def summary(self) -> str:
@@ -86,11 +86,11 @@ class MapQuality:
 
     @property
     def caution(self) -> str:
-        """The same of a map that is not good, for whoever looks at it; else nothing."""
+        """The summary of a map that is not good, to be shown with it; else empty."""
         return "" if self.verdict == Verdict.GOOD else self.summary
 
     def as_dict(self) -> dict[str, object]:
-        """For reports."""
+        """The entry in reports."""
         return {
             "verdict": self.verdict.value,
             "error_per_10_m": self.error_per_10_m,
@@ -102,5 +102,5 @@ class MapQuality:
 
 
 def _rounded(metres: float) -> str:
-    """To one digit that counts, and not finer than a centimetre."""
+    """Rounded to one significant digit, at most to centimetres."""
     return f"{max(metres, 0.01):.2g}"

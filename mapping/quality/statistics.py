@@ -1,4 +1,4 @@
-"""All that is measured on a finished map before it is judged."""
+"""Measure a finished map before it is judged."""
 
 import math
 from dataclasses import dataclass
@@ -18,16 +18,16 @@ from racecar.mapping.quality.wall_directions import weakest_hold
 LOCAL_DISTANCE = 10.0
 """Metres of path over which the local error is stated, by definition."""
 _PLACES = 60
-"""Keyframes, evenly over the path, between which errors are expected. By judgement: their mean is steady."""
+"""Keyframes along the path between which errors are expected. Chosen by judgement: their mean is steady."""
 _MOST = 0.9
-"""The quantile that stands for the bad part of a map, because the mean hides a single tear."""
+"""The quantile that represents the bad part of a map, because the mean hides a single tear."""
 _BARE = 0.03
-"""Share of lines below which they hold a scan in no second direction, because so many are noise."""
+"""Share of lines below which a scan has no second direction of walls, because so many are noise."""
 
 
 @dataclass(frozen=True, eq=False)
 class MapStatistics:
-    """Figures of a whole map, and what they were taken from, place by place."""
+    """Statistics of a whole map, and the local measurements behind them."""
 
     figures: dict[str, float]
     """By name; NaN where there was nothing to measure."""
@@ -36,7 +36,7 @@ class MapStatistics:
     stretches: NDArray[np.int64]
     """(S, 2) keyframes `LOCAL_DISTANCE` of path apart."""
     open: NDArray[np.float64]
-    """(S,) metres that what ties the path leaves open from one to the other, wheels that slip included."""
+    """(S,) uncertainty between both in metres, including wheel slip."""
     unseen_ways: NDArray[np.float64]
     """(K - 1,) metres in each step, see `unseen_ways`."""
     jumps: NDArray[np.float64]
@@ -44,7 +44,7 @@ class MapStatistics:
 
 
 def measure(map_: FinishedMap) -> MapStatistics:
-    """The statistics of a map of at least two keyframes."""
+    """Measure a map of at least two keyframes."""
     session, poses, path = map_.session, map_.poses, map_.path
     edges = GraphEdges.of(session.constraints, poses)
     near, far = near_pairs(map_)
@@ -77,7 +77,7 @@ def measure(map_: FinishedMap) -> MapStatistics:
 
 
 def _pairs(path: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Keyframes some distance of path (K,) apart, and any two of the whole path: (S, 2) and (P, 2)."""
+    """Pairs of keyframes at a fixed distance on a path (K,), and of the whole path: (S, 2) and (P, 2)."""
     distance = min(LOCAL_DISTANCE, path[-1] / 2.0)
     places = np.searchsorted(path, np.linspace(distance, path[-1], _PLACES)).clip(1, len(path) - 1)
     places = np.unique(places)

@@ -1,6 +1,6 @@
-"""Ways that the car may have gone without a trace.
+"""Motion that neither scans nor wheels observed.
 
-A car that stands sees again what it saw; so does one that moves along bare walls. Wheels tell the two apart,
+A standing car sees the same again, and so does one that moves along bare walls. Wheels tell the two apart,
 unless it is carried; without wheels nothing does.
 """
 
@@ -11,16 +11,16 @@ from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.mapping.quality.finished_map import FinishedMap
 
 MOST_UNSEEN_WAY = 1.5
-"""Metres that a car may have gone unseen: three times what a good map may err, so that one without them is
-wrong. Measured: robots that stood in corridors would have gone 0.8 m at most, on 93 other good maps 1.1 m."""
+"""Metres that a car may move unobserved: three times what a good map may err. Measured: robots that stood in
+corridors would have gone 0.8 m at most, on 93 other good maps 1.1 m."""
 _LEAST_STEP = 0.05
-"""Metres, below which a step tells no pace, because a car that turns on the spot has none; by judgement."""
+"""Metres from which a step counts for the speed, because turns on the spot have none; chosen by judgement."""
 
 
 def unseen_ways(map_: FinishedMap, edges: GraphEdges, are_bare: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """(K - 1,) metres that the car would have gone at the usual pace of the drive, beyond what the map says,
-    in steps of which walls tell no length: they ``are_bare`` (K,) at one of its ends, and no loop closure
-    spans it. A car with wheels stands before its first step, and nothing is said of that."""
+    """(K - 1,) metres that the car would have driven at its median speed, in excess of the map, in steps
+    whose length walls do not show: scans ``are_bare`` (K,) at either end, and no loop closure spans it. If
+    the car has wheels, the first step is assumed to be standing."""
     steps, seconds = np.diff(map_.path), np.nan_to_num(np.diff(map_.seconds))
     tells_pace = (steps > _LEAST_STEP) & (seconds > 0.0)
     if not tells_pace.any():
@@ -35,9 +35,9 @@ def unseen_ways(map_: FinishedMap, edges: GraphEdges, are_bare: NDArray[np.bool_
 
 
 def _closed_steps(edges: GraphEdges, are_bare: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(K - 1,) whether a loop closure leads from before to after each step, so that more than its neighbours
-    tells where it leads. One from or to a keyframe whose walls ``are_bare`` (K,) does not count: along these
-    it is where the path had it."""
+    """(K - 1,) whether a loop closure spans each step, so that more than its neighbours constrain it.
+    Closures at a keyframe where scans ``are_bare`` (K,) do not count: along these walls, they only confirm
+    the path."""
     loops = edges.ends[edges.are("loop_closure")]
     begins, ends = loops[~are_bare[loops].any(axis=1)].T
     change = np.zeros(len(are_bare), dtype=np.int64)

@@ -1,6 +1,6 @@
-"""Do the walls that each scan sees hold it in all directions?
+"""Whether the walls in each scan constrain it in all directions.
 
-Along a bare corridor all walls run one way, and no match of scans can tell how far the car went.
+In a bare corridor all walls are parallel, and scan matching cannot observe the distance travelled.
 """
 
 import numpy as np
@@ -10,8 +10,7 @@ from racecar.sensors.matching.scan_store import ScanStore
 
 
 def weakest_hold(store: ScanStore) -> NDArray[np.float64]:
-    """(K,) share of the lines a scan sees that hold it in its weakest direction: at most a half, and nothing
-    where it sees none."""
+    """(K,) share of a scan's lines that constrain its weakest direction: at most a half, 0 without lines."""
     packed = store.packed()
     hold = np.zeros(len(packed.counts))
     for row, normals in enumerate(packed.normals):

@@ -1,1 +1,1 @@
-"""What is kept of a drive, and how another drive carries it on."""
+"""Sessions: what is kept of a drive, and how another drive extends it."""

@@ -1,4 +1,4 @@
-"""What keyframes show of the floor, coarsely, to tell which of them show more than others."""
+"""Coarse coverage of the floor, to decide which keyframes show more than others."""
 
 from collections.abc import Sequence
 
@@ -10,12 +10,12 @@ from racecar.mapping.grid.rendering import Rays, bounds_of, touched_by
 from racecar.maps.geometry.se2 import Pose
 
 _CELL = 0.25
-"""Metres, since what is narrower is no place that a car could miss."""
+"""Metres of a cell, since narrower spots are irrelevant to a car."""
 
 
 def showing_more(rays: Sequence[Rays], map_from_laser: Pose, is_kept: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(K,) those of rays (K) seen from poses (K, 3) that are kept, and of the others, from the last to the
-    first, those that show something which none of these does."""
+    """(K,) kept keyframes, with rays (K) at poses (K, 3), plus those of the others, from last to first, that
+    show something none of these does."""
     bounds = bounds_of(rays, map_from_laser)
     low = bounds[:, 0].min(axis=0) - _CELL
     columns, rows = (np.ceil((bounds[:, 1].max(axis=0) - low) / _CELL).astype(np.int64) + 1).tolist()
@@ -34,10 +34,10 @@ def showing_more(rays: Sequence[Rays], map_from_laser: Pose, is_kept: NDArray[np
 
 @njit(cache=True, nogil=True)
 def _look(touched: NDArray[np.float64], seen: NDArray[np.bool_]) -> int:
-    """How many cells (rows, columns) a scan touches that were not ``seen``; now they are.
+    """Number of cells (rows, columns) that a scan touches and that were not ``seen``; marks them as seen.
 
-    ``touched`` (N + 1, 2), column and row in fractions of cells, are the ends of its rays and their start.
-    Rays are followed in steps of half a cell at most, so that few cells are missed that they cut at a corner.
+    ``touched`` (N + 1, 2), fractional column and row, are the ends of its rays, then their start. Rays are
+    sampled every half cell at most, so that few cells cut at a corner are missed.
     """
     column, row = touched[-1]
     unseen = 0

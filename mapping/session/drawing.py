@@ -1,4 +1,4 @@
-"""The map that scans draw, as it is wanted: turned, cropped, shifted to its origin, with scans left out."""
+"""Draw the map as configured: rotated, cropped, shifted to its origin, with scans left out."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,51 +26,51 @@ _FRAME_IS_KEPT = (
 
 @dataclass(frozen=True, eq=False)
 class Sights:
-    """What scans showed of the floor: keyframes first, then scans between them where these are few."""
+    """Rays of scans with poses: keyframes first, then scans between them where keyframes are few."""
 
     rays: Sequence[Rays]
     """(S)"""
     map_from_laser: Pose
     """(S, 3)"""
     seconds: NDArray[np.float64]
-    """(S,) since the drive began; NaN where that is not known, as of earlier drives."""
+    """(S,) seconds since the drive began; NaN where unknown, as in earlier drives."""
     drives: NDArray[np.int32]
-    """(S,) the drive that each is of, in the order of time: what a later one sees is believed."""
+    """(S,) drive of each scan, in time order; later ones win."""
     keyframes: int
-    """How many of them are keyframes."""
+    """Number of keyframes among them."""
 
     @classmethod
     def of(cls, session: Session, seconds: NDArray[np.float64] | None = None) -> "Sights":
-        """Of the keyframes of a session, whose ``seconds`` (K,) are known or not."""
+        """Those of the keyframes of a session, with ``seconds`` (K,) if known."""
         count = len(session.rays)
         seconds = np.full(count, np.nan) if seconds is None else seconds
         return cls(session.rays, session.map_from_keyframe, seconds, session.drives, count)
 
     def only(self, chosen: NDArray[np.bool_]) -> "Sights":
-        """Those of a choice (S,)."""
+        """The selected ones (S,)."""
         rays = [rays for rays, is_chosen in zip(self.rays, chosen.tolist(), strict=True) if is_chosen]
         keyframes = int(np.sum(chosen[: self.keyframes]))
         return Sights(rays, self.map_from_laser[chosen], self.seconds[chosen], self.drives[chosen], keyframes)
 
     @property
     def path(self) -> NDArray[np.float64]:
-        """(K, 2) metres: where the laser was at the keyframes."""
+        """(K, 2) positions of the laser at the keyframes, in metres."""
         return self.map_from_laser[: self.keyframes, :2]
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnMap:
-    """A grid, and the frame in which it is drawn."""
+    """A grid and its frame."""
 
     tiled: TiledGrid
     drawn_from_map: Pose | None
-    """(3,) the frame of the scans seen from that of the grid; None where they are the same."""
+    """(3,) pose of the scans' frame in that of the grid; None if they are the same."""
     disregarded: tuple[str, ...]
-    """Sentences on settings that could not be followed, or left nothing to draw."""
+    """Sentences on settings that could not be applied, or left nothing to draw."""
 
     @cached_property
     def grid(self) -> OccupancyGrid:
-        """The grid in one piece. Raises UserError when it is too large for that."""
+        """The grid as one array. Raises UserError when it is too large."""
         return self.tiled.in_one_piece()
 
 
@@ -84,7 +84,7 @@ def draw_map(
 ) -> DrawnMap:
     """Draw scans, whose lines are in ``store``, with cells of ``resolution`` metres.
 
-    With ``keep_frame`` the map is neither turned nor shifted to another origin.
+    With ``keep_frame`` the map is neither rotated nor shifted to another origin.
     """
     turn = 0.0 if keep_frame else _turn(sights, store, rendering)
     if turn:
@@ -114,7 +114,7 @@ def _turn(sights: Sights, store: ScanStore, rendering: RenderingConfig) -> float
 
 
 def _without_left_out(sights: Sights, rendering: RenderingConfig) -> tuple[Sights, list[str]]:
-    """Those that are to be drawn; all, and a sentence, where none would be left."""
+    """The scans to draw; all of them, and a sentence, if none would be left."""
     seconds = np.where(np.isnan(sights.seconds), -1.0, sights.seconds)
     chosen = np.ones(len(seconds), dtype=np.bool_)
     for begin, end in rendering.left_out:
@@ -131,7 +131,7 @@ def _without_left_out(sights: Sights, rendering: RenderingConfig) -> tuple[Sight
 
 
 def _box(sights: Sights, rendering: RenderingConfig) -> tuple[Box | None, list[str]]:
-    """What is to be drawn; None for all, and a sentence where nothing would be."""
+    """The box to draw; None for everything, with a sentence if the box is empty."""
     if rendering.crop is None:
         return None, []
     if rendering.crop == "driven":
@@ -152,7 +152,7 @@ def _in_words(low: NDArray[np.float64], high: NDArray[np.float64]) -> str:
 
 
 def _shift(grid: TiledGrid, rendering: RenderingConfig) -> NDArray[np.float64]:
-    """(2,) metres by which the map is moved to have its origin where that is wanted."""
+    """(2,) shift in metres that puts the origin where it is configured."""
     if rendering.origin is None:
         return np.zeros(2)
     return -grid.map_from_grid[:2] if rendering.origin == "corner" else -np.array(rendering.origin)

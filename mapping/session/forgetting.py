@@ -1,8 +1,8 @@
-"""What a map forgets when later drives have shown the same places, so that a session grows with the places
-and not with the drives, and shows them as they are now.
+"""Forget keyframes that later drives replace, so that a session grows with places and not with drives, and
+shows places as they are now.
 
-What goes is a keyframe that later drives passed: their scans are newer, and as good. Its constraints pass on
-to the keyframes that stay. (Keeping the map of a changing place small by what scans are worth: Kretzschmar
+A keyframe is removed when later drives passed it: their scans are newer, and as good. Its constraints pass on
+to the remaining keyframes. (Keeping the map of a changing place small by what scans are worth: Kretzschmar
 and Stachniss, IJRR 2012; dropping the scans of what has changed: Walcott-Bryant et al., "Dynamic pose graph
 SLAM", IROS 2012.)
 """
@@ -20,13 +20,13 @@ from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import wrap_angle
 
 _OUTDATED_AFTER = 2
-"""Later drives near a keyframe, from which on what it saw is forgotten. By judgement: one could be misled by
-people, two show what stays."""
+"""Number of later drives near a keyframe after which it is forgotten. Chosen by judgement: one could be
+misled by people, two show what stays."""
 
 
 def forget_outdated(session: Session) -> Session:
-    """The session without the keyframes that enough later drives passed, but for those that alone show
-    something: what lies behind a door that is closed since, or beyond the reach of a later laser."""
+    """The session without keyframes that enough later drives passed, except those that alone show something:
+    behind a door that is now closed, or beyond the range of a later laser."""
     is_left = _drives_later(session) < _OUTDATED_AFTER
     if is_left.all():
         return session
@@ -36,7 +36,7 @@ def forget_outdated(session: Session) -> Session:
 
 
 def _drives_later(session: Session) -> NDArray[np.int64]:
-    """(K,) how many later drives passed each keyframe, and saw something there."""
+    """(K,) number of later drives that passed each keyframe and saw something there."""
     poses, drives = session.map_from_keyframe, session.drives.astype(np.int64)
     pairs = cKDTree(poses[:, :2]).query_pairs(NEAR, output_type="ndarray")
     pairs = np.take_along_axis(pairs, np.argsort(drives[pairs], axis=1), axis=1)

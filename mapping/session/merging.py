@@ -1,4 +1,4 @@
-"""Session merging: a later drive finds its place on an earlier map, and one graph holds both."""
+"""Merge sessions: recognize a later drive on an earlier map, and combine both in one graph."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -18,23 +18,23 @@ from racecar.maps.geometry.se2 import Pose, compose, inverse
 from racecar.sensors.matching.scan_store import ScanStore
 
 FindPlaces: TypeAlias = Callable[[Session], Iterable[Pose | None]]
-"""Where (3,) on the earlier map each keyframe of a session may lie, in turn; None where that is not known."""
+"""Yields a possible pose (3,) on the earlier map per keyframe of a session, in turn; None if unknown."""
 
 
 @dataclass(frozen=True, eq=False)
 class EarlierMap:
-    """The map that a drive carries on, and who finds the drive there."""
+    """The map that a drive extends, and how to find the drive on it."""
 
     session: Session
-    """What earlier drives left."""
+    """The session of earlier drives."""
     find_places: FindPlaces
-    """Nothing that it finds is believed before it is verified."""
+    """Proposes poses; each is verified before it is used."""
     is_start_given: bool = False
-    """Whether somebody knows where the drive begins, so that other places may look alike."""
+    """Whether the start of the drive is known, so that similar places do not matter."""
 
 
 def merge(earlier: EarlierMap, later: Session) -> Session:
-    """Both sessions in the frame of the earlier one, whose keyframes come first.
+    """Merge both sessions in the frame of the earlier one, whose keyframes come first.
 
     Loops between them are closed as within a drive. Raises NotRecognizedError when the later one is not
     recognized on the earlier one.
@@ -49,7 +49,7 @@ def merge(earlier: EarlierMap, later: Session) -> Session:
 
 
 def _side_by_side(earlier: Session, later: Session) -> Session:
-    """Both as one session, without a constraint between them and each in its own frame."""
+    """Both as one session without constraints between them, each in its own frame."""
     first = len(earlier.keyframes)
     keyframes = ScanStore(first + len(later.keyframes))
     keyframes.extend(earlier.keyframes)
@@ -70,7 +70,7 @@ def _side_by_side(earlier: Session, later: Session) -> Session:
 
 
 def _moved(poses: Pose, first: int, recognized: list[Hypothesis]) -> Pose:
-    """The poses (K, 3) from ``first`` on, moved by the one in the middle of consistent hypotheses."""
+    """The poses (K, 3), those from ``first`` on moved by the median one of consistent hypotheses."""
     middle = recognized[len(recognized) // 2]
     map_from_moving = compose(poses[middle.fixed.middle], middle.fixed_from_moving)
     return compose(compose(map_from_moving, inverse(poses[middle.moving.middle])), poses[first:])
@@ -79,8 +79,8 @@ def _moved(poses: Pose, first: int, recognized: list[Hypothesis]) -> Pose:
 def _close_loops(
     merged: Session, first: int, known: int, recognized: list[Hypothesis], loops: LoopCloser
 ) -> Session:
-    """Seek the submaps after the ``known`` ones on these, outwards from where the drive was recognized; then
-    connect the keyframes from ``first`` on to those before."""
+    """Search for the submaps after the ``known`` ones in these, starting where the drive was recognized; then
+    match keyframes from ``first`` on with earlier ones."""
     loops.history.hypotheses.extend(recognized)
     accepted = loops.history.accept(recognized)
     graph = _graph([*merged.constraints, *accepted])

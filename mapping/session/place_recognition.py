@@ -1,9 +1,9 @@
-"""Place recognition: does a drive lie on an earlier map where somebody found it?
+"""Place recognition: verify where a drive lies on an earlier map.
 
-Where the drive passed is found elsewhere, by whatever knows the earlier map; here it is verified as a loop
-closure is. Each submap of the drive is matched, from where it was found, with those of the earlier map that
-lie there. The place is believed once the hypotheses of several submaps are consistent, and nowhere else on
-the map those of nearly as many are.
+Candidates come from outside, from whatever knows the earlier map; here they are verified as loop closures
+are. Each submap of the drive is matched, from its candidate pose, with those of the earlier map there. The
+place is accepted once the hypotheses of several submaps are consistent, and nearly as many are consistent
+nowhere else on the map.
 """
 
 from collections.abc import Iterable
@@ -20,22 +20,22 @@ from racecar.mapping.session.unrecognized import Recognition
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse
 
 _METRES_PER_RADIAN = 2.0
-"""Metres that count as much as a radian between two submaps, in how alike their views are. By judgement, as
-for pairs of scans."""
+"""Metres equivalent to a radian in the similarity of two submaps' views. Chosen by judgement: as for pairs of
+scans."""
 _FARTHEST = 6.0
-"""Metres between the middles of two submaps that are matched. By judgement: as across a hall, where both see
-the same walls."""
+"""Metres between the centres of two submaps that are matched. Chosen by judgement: as across a hall, where
+both see the same walls."""
 _TRIED = 4
-"""Submaps of the earlier map on which one of the drive is tried, the likeliest first, because of the time it
+"""Submaps of the earlier map matched with one of the drive, most likely first, because of the time it
 takes."""
 _MIN_SUPPORT = 2
 """Submaps whose hypotheses must be consistent. Measured on 42 pairs of recordings from different buildings,
 never two were; drives of 10 m through a mapped room had so many."""
 _VERIFIED_SHARE = 0.5
-"""Share of the submaps last tried that they must be, because in another building some pass by chance, sooner
-or later, and most of the right ones pass."""
+"""Share of the last submaps tried that must be consistent, because in another building some are verified by
+chance sooner or later, and most of the right ones are."""
 _CLEAR_MAJORITY = 2
-"""How many times as many submaps they must be as those of any other place, so that there is no doubt; by
+"""Required ratio of their number to that at any other place, so that there is no doubt; chosen by
 judgement."""
 
 
@@ -48,13 +48,13 @@ def recognize(
     *,
     is_given: bool = False,
 ) -> list[Hypothesis]:
-    """Where the submaps after the first ``earlier`` ones lie on these: consistent hypotheses. Raises
+    """Find where submaps after the first ``earlier`` ones lie on these: consistent hypotheses. Raises
     NotRecognizedError, which says how far that got.
 
-    The drive's keyframes are those from ``first`` on, of all at ``poses`` (K, 3). For each of them in turn
-    ``places`` says where (3,) on the earlier map it may lie; None where that is not known. No more of them
-    are taken than are needed. Where somebody gave the place, ``is_given``, those that look alike elsewhere do
-    not speak against it.
+    The drive's keyframes are those from ``first`` on, of all at ``poses`` (K, 3). For each in turn,
+    ``places`` yields a candidate pose (3,) on the earlier map, or None if unknown; it is consumed only as far
+    as needed. If ``is_given``, the user stated the place, and similar places elsewhere do not count against
+    it.
     """
     known = [submap for submap in loops.history.submaps[:earlier] if submap.is_whole(loops.store)]
     pending = [submap for submap in loops.history.submaps[earlier:] if submap.is_whole(loops.store)]
@@ -88,14 +88,14 @@ def recognize(
 
 
 def _recent(submaps: list[Submap], keyframe: int, loops: LoopCloser) -> list[Submap]:
-    """Those so near along the path that the drive may be taken as rigid from there to the keyframe."""
+    """Those so close along the path that the drive may be taken as rigid from there to the keyframe."""
     path = loops.history.graph.path
     return [submap for submap in submaps if path[keyframe] - path[submap.middle] < MAX_SPACING]
 
 
 def _verified(loops: LoopCloser, moving: Submap, known: list[Submap], poses: Pose) -> list[Hypothesis]:
-    """The hypothesis of a submap on the nearest of the known ones on which it is not refuted, if any; the
-    keyframes of both lie at ``poses`` (K, 3), about."""
+    """Hypothesis of a submap on the nearest known one that does not refute it, if any, given approximate
+    keyframe ``poses`` (K, 3)."""
     for fixed in _nearest(moving, known, poses):
         hypothesis = loops.seek_on(fixed, moving, poses, WITHOUT_DRIFT)
         if hypothesis is not None:
@@ -104,7 +104,7 @@ def _verified(loops: LoopCloser, moving: Submap, known: list[Submap], poses: Pos
 
 
 def _nearest(moving: Submap, known: list[Submap], poses: Pose) -> list[Submap]:
-    """The nearest submaps that may show the same walls, by how far they lie away and are turned."""
+    """The nearest submaps that may show the same walls, by distance and rotation."""
     if not known:
         return []
     apart = between(poses[moving.middle], poses[[submap.middle for submap in known]])
@@ -114,7 +114,7 @@ def _nearest(moving: Submap, known: list[Submap], poses: Pose) -> list[Submap]:
 
 
 def _largest_group(loops: LoopCloser, found: list[Hypothesis], poses: Pose) -> list[Hypothesis]:
-    """The consistent hypotheses of most submaps."""
+    """The largest set of consistent hypotheses."""
     graph = loops.history.graph
     groups = [[g for g in found if g is h or are_consistent(g, h, graph, poses)] for h in found]
     return max(groups, key=_support, default=[])

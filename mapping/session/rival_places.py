@@ -1,6 +1,6 @@
-"""Rival places: where else on an earlier map a drive fits that was recognized at one place.
+"""Rival places: where else on an earlier map a recognized drive would fit.
 
-Rooms that look alike do so in every single thing: only the search of all the map shows that there are two.
+Similar rooms agree in every detail: only a search of the whole map shows that there are two.
 """
 
 import math
@@ -16,25 +16,24 @@ from racecar.sensors.matching.correlative_search import Fit, LikelihoodPyramid, 
 from racecar.sensors.threads import thread_count
 
 _PLACE_SPACING = (3.0, math.radians(60.0))
-"""Metres between two submaps of the earlier map that are searched on, less than the reach so that the windows
-overlap, and radians between two that may lie nearer because they see other walls; by judgement."""
+"""Metres between two submaps of the earlier map that are searched, less than the reach so that windows
+overlap, and radians between two that may be closer because they see other walls; chosen by judgement."""
 _REACH = 4.0
-"""Metres searched to each side of each of them, in any heading. By judgement: more than their spacing."""
+"""Metres searched to each side of each, at any heading. Chosen by judgement: more than their spacing."""
 _RADIUS = 20.0
-"""Metres about its middle of which a submap is searched on: the sample's radius and the reach, about, because
-no point falls farther off."""
+"""Radius in metres of a submap that is searched: about the sample's radius plus the reach, because no point
+falls farther away."""
 _POINTS = 150
-"""Points that are searched with. Measured when chosen, together with the least score: places are recognized
+"""Number of points to search with. Measured when chosen, together with the least score: places are recognized
 in a third of the time."""
 _SAME_PLACE = (1.0, math.radians(10.0))
-"""Metres and radians within which two places found are the same one. By judgement: as those of a search."""
+"""Metres and radians within which two results are one place. Chosen by judgement: as those of a search."""
 _WORKERS = 2
-"""Threads at most, since the search is one kernel without the interpreter's lock and small machines have two
-cores."""
+"""Threads at most, since the search releases the interpreter's lock and small machines have two cores."""
 
 
 class RivalPlaces:
-    """Searches all of an earlier map, whose submaps are ``known``."""
+    """Searches all of an earlier map with submaps ``known``."""
 
     def __init__(self, loops: LoopCloser, known: list[Submap], poses: Pose) -> None:
         self._loops, self._known, self._poses = loops, known, poses
@@ -42,8 +41,8 @@ class RivalPlaces:
         self._rivals: dict[Submap, list[Hypothesis]] = {}
 
     def of(self, supported: list[Hypothesis]) -> list[Hypothesis]:
-        """The hypotheses that the same submaps lie elsewhere, where they fit nearly as well and are not
-        refuted either."""
+        """Hypotheses that the same submaps are elsewhere, where they fit nearly as well and are not refuted
+        either."""
         for hypothesis in supported:
             if hypothesis.moving not in self._rivals:
                 self._rivals[hypothesis.moving] = self._seek(hypothesis)
@@ -78,7 +77,7 @@ class RivalPlaces:
     def _verified(
         self, fits: list[tuple[Fit, Submap]], moving: Submap, map_from_moving: Pose
     ) -> list[Hypothesis]:
-        """The hypotheses of those that are not refuted, and not of the place that is known."""
+        """Verified hypotheses away from the known place."""
         seen, rivals = [map_from_moving], []
         for found, place in fits:
             pose = compose(self._poses[place.middle], found.pose)
@@ -94,7 +93,7 @@ class RivalPlaces:
         return rivals
 
     def _surveyed(self) -> list[tuple[Submap, LikelihoodPyramid]]:
-        """One submap of each place and heading, with what is searched on."""
+        """One submap per place and heading, with its likelihood pyramid."""
         chosen: list[Submap] = []
         for submap in self._known:
             pose = self._poses[submap.middle]

@@ -50,22 +50,22 @@ from racecar.sensors.matching.scan_store import ScanStore
 
 @dataclass(eq=False)
 class Session:
-    """Keyframes, the constraints between them, and where they pass the same place."""
+    """Keyframes, constraints between them, and loop closures."""
 
     keyframes: ScanStore
     rays: list[Rays]
-    """(K) of the keyframes."""
+    """(K) rays of the keyframes."""
     keyframe_from_base: Pose
-    """(K, 3) a keyframe's frame is that of the laser."""
+    """(K, 3) inverse mounts; a keyframe's frame is the laser's."""
     map_from_keyframe: Pose
     """(K, 3)"""
     constraints: ConstraintList
     loops: LoopHistory
     drives: NDArray[np.int32]
-    """(K,) the number of the drive that each keyframe is of, in the order of time."""
+    """(K,) drive of each keyframe, in time order."""
 
     def frozen(self) -> "Session":
-        """The same as it is now, for another thread to write; what never changes is shared."""
+        """A snapshot for another thread to write; immutable parts are shared."""
         return Session(
             copy(self.keyframes),
             list(self.rays),
@@ -77,11 +77,11 @@ class Session:
         )
 
     def moved(self, new_from_map: Pose) -> "Session":
-        """The same in another frame; constraints and loops are seen from keyframes and stay."""
+        """The session in another map frame; constraints and loops are relative and stay."""
         return replace(self, map_from_keyframe=compose(new_from_map, self.map_from_keyframe))
 
     def only(self, chosen: NDArray[np.bool_]) -> "Session":
-        """Some of the keyframes (K,), and what is known among these."""
+        """The session of the selected keyframes (K,) and what is known among them."""
         return Session(
             self.keyframes.only(chosen),
             [self.rays[k] for k in np.flatnonzero(chosen)],
@@ -94,7 +94,7 @@ class Session:
 
     @property
     def map_from_base(self) -> Pose:
-        """(K, 3) of the car at the keyframes."""
+        """(K, 3) poses of the car at the keyframes."""
         return compose(self.map_from_keyframe, self.keyframe_from_base)
 
     @property
@@ -103,7 +103,7 @@ class Session:
         return np.concatenate(list(returns_of(self.rays, self.map_from_keyframe))).astype(np.float32)
 
     def constraints_between_bases(self) -> ConstraintList:
-        """The same constraints between the bases of the keyframes instead of the lasers."""
+        """The constraints, converted from lasers to the bases of the keyframes."""
         arrays = self.constraints.to_arrays()
         a_from_base, b_from_base = np.moveaxis(self.keyframe_from_base[arrays["keyframes"]], 1, 0)
         moved = compose(compose(inverse(a_from_base), arrays["poses"]), b_from_base)
@@ -112,7 +112,7 @@ class Session:
         return ConstraintList.from_arrays({**arrays, "poses": moved, "information": information})
 
     def to_arrays(self) -> Arrays:
-        """The arrays that the module's documentation names."""
+        """The arrays documented above."""
         ends, lengths = pack([rays.ends for rays in self.rays], np.zeros((0, 2), dtype=np.float32))
         returns = np.array([rays.returns for rays in self.rays], dtype=np.int64)
         return {
@@ -127,8 +127,7 @@ class Session:
 
     @classmethod
     def from_arrays(cls, arrays: Arrays) -> "Session":
-        """The session that `to_arrays` wrote. Raises ValueError that names the array when one is missing or
-        cannot be of a session."""
+        """Rebuild from `to_arrays`. Raises ValueError naming an array that is missing or invalid."""
         arrays = checked_session(arrays)
         ends = unpack(arrays["rays.ends"].astype(np.float32), arrays["rays.lengths"])
         returns = arrays["rays.returns"].tolist()
@@ -144,5 +143,5 @@ class Session:
 
 
 def one_drive(keyframes: int) -> NDArray[np.int32]:
-    """(K,) the drives of so many keyframes that are all of the same one."""
+    """(K,) drive numbers of keyframes that belong to a single drive."""
     return np.zeros(keyframes, dtype=np.int32)

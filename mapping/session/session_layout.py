@@ -1,7 +1,7 @@
-"""Whether arrays are a session: their shapes and types as `racecar.mapping.session.session` names them, and
-numbers that make sense together.
+"""Validate the arrays of a session: shapes and types as in `racecar.mapping.session.session`, and plausible
+numbers.
 
-A session may come from a stranger, or from a disk that lost some bits. What is wrong shows here rather than
+A session may come from a stranger, or from a disk that lost some bits. Errors are reported here rather than
 minutes later, in a kernel that reads beyond an array or a solver that does not converge.
 """
 
@@ -14,11 +14,11 @@ from racecar.mapping.grid.rendering import LONGEST_RAY
 from racecar.sensors.arrays import ArrayLayout, Arrays, check_layout
 
 _FARTHEST = 1e7
-"""Metres or radians; no drive is longer, since that is a quarter of the earth's circumference."""
+"""Metres or radians; no drive is longer, since it is a quarter of the earth's circumference."""
 _MOST_INFORMATION = 1e15
 """Per square metre or radian, because a match known to a micrometre, which no laser measures, has 1e12."""
 _UNIT = 1.01
-"""Length of a unit vector and a little, because normals are stored in 16 bits."""
+"""Length of a unit vector plus rounding, because normals are stored in 16 bits."""
 
 
 class _Numbers(NamedTuple):
@@ -65,13 +65,13 @@ _SESSION: dict[str, _Numbers] = {
     "loops.log_names": _Numbers(ArrayLayout("U", ("L",)), 0, 0),
     "loops.log_counts": _whole(0, float(np.iinfo(np.int64).max), "L"),
 }
-"""The arrays of a session by definition, as its module's documentation names them."""
+"""The arrays of a session by definition, as its module documents them."""
 
 
 def checked_session(arrays: Arrays) -> Arrays:
-    """The arrays of a session; one from before drives were told apart counts as a single drive.
+    """Validate the arrays of a session; old ones without drive numbers count as a single drive.
 
-    Raises ValueError that names the array at fault.
+    Raises ValueError naming the invalid array.
     """
     count = len(np.atleast_1d(arrays.get("map_from_keyframe", np.empty(0))))
     arrays = {"drives": np.zeros(count, dtype=np.int32), **arrays}

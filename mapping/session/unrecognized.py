@@ -1,4 +1,4 @@
-"""Why a drive was not recognized on an earlier map, and how far that got, for people."""
+"""Explain to people why a drive was not recognized on an earlier map, and how far recognition got."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -13,33 +13,33 @@ from racecar.maps.geometry.se2 import Pose, compose
 class NotRecognizedError(UserError):
     """A drive was not recognized on an earlier map.
 
-    Its sentence has no full stop, so that whoever knows what would help can add that.
+    Its sentence has no full stop, so that callers can append advice.
     """
 
 
 @dataclass(eq=False)
 class Recognition:
-    """How far the recognition of a drive got."""
+    """Progress of recognizing a drive."""
 
     poses: Pose
-    """(K, 3) of the keyframes, those of the earlier map first; both in unrelated frames."""
+    """(K, 3) keyframe poses, those of the earlier map first; both in unrelated frames."""
     first: int
-    """The first keyframe of the drive."""
+    """First keyframe of the drive."""
     is_given: bool
-    """Whether somebody said where the drive begins."""
+    """Whether the user stated where the drive begins."""
     is_too_short: bool
     """Whether the drive has too few submaps."""
     found: list[Hypothesis] = field(default_factory=list)
-    """Where submaps of the drive may lie: all that were not refuted."""
+    """Verified hypotheses for submaps of the drive."""
     rivals: list[Hypothesis] = field(default_factory=list)
-    """Elsewhere on the map, those that speak against it."""
+    """Hypotheses elsewhere on the map that contradict them."""
     last_known: int | None = None
-    """The last keyframe of which it was known where it might lie."""
+    """Last keyframe with a candidate pose."""
     last_place: Pose | None = None
-    """(3,) where on the earlier map."""
+    """(3,) its candidate pose on the earlier map."""
 
     def failure(self, path: Sequence[float]) -> NotRecognizedError:
-        """The error that says so, by the metres driven up to each keyframe (K)."""
+        """The error with its explanation, given metres driven up to each keyframe (K)."""
         return NotRecognizedError(f"The drive was not recognized on the earlier map: {self._how_far(path)}")
 
     def _how_far(self, path: Sequence[float]) -> str:
@@ -62,5 +62,5 @@ class Recognition:
 
 
 def _in_words(pose: Pose) -> str:
-    x, y, yaw = np.round(pose, 1) + 0.0  # no minus before a nought
+    x, y, yaw = np.round(pose, 1) + 0.0  # avoids -0.0
     return f"x {x:.1f} m, y {y:.1f} m, yaw {yaw:.1f}"

@@ -1,4 +1,4 @@
-"""Which way the main walls of a map run: most rooms have two directions, a right angle apart."""
+"""Estimate the direction of the main walls of a map: most rooms have two, at a right angle."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,11 +7,11 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.sensors.matching.scan_store import ScanStore
 
 _QUARTER = np.pi / 2
-"""Radians after which directions of walls repeat, because most rooms are rectangular."""
+"""Period of wall directions in radians, because most rooms are rectangular."""
 _BINS = 360
-"""Of the histogram over a quarter turn, since a quarter of a degree is finer than normals of one scan err."""
+"""Histogram bins over a quarter turn, since a quarter of a degree is finer than the normals of one scan."""
 _SMOOTHED = 9
-"""Bins that a peak is the mean of: 2.25°, because normals of one straight wall scatter by about that."""
+"""Bins averaged for a peak: 2.25°, because normals of one straight wall scatter by about that."""
 _WITHIN = np.deg2rad([4.0, 2.0, 2.0, 2.0])
 """Radians around the last estimate whose median is the next one. As measured on aces, fr079, intel and
 session_A, it moves by less than 0.01° after these, and lies within 0.05° of the turn that makes the
@@ -19,8 +19,8 @@ projections of all points on the axes sharpest."""
 
 
 def wall_direction(store: ScanStore, map_from_laser: Pose) -> float | None:
-    """Radians in [-π/4, π/4) between an axis of the map and the walls along which most lines in scans run,
-    seen from poses (K, 3); None where no scan shows a line."""
+    """Radians in [-π/4, π/4) between an axis of the map and most lines in scans at poses (K, 3); None where
+    no scan shows a line."""
     angles = np.mod(_normal_angles(store, map_from_laser), _QUARTER)
     if len(angles) == 0:
         return None
@@ -35,7 +35,7 @@ def wall_direction(store: ScanStore, map_from_laser: Pose) -> float | None:
 
 
 def _normal_angles(store: ScanStore, map_from_laser: Pose) -> NDArray[np.float64]:
-    """Radians in the map, of every point that lies on a line."""
+    """Angles in the map, in radians, of the normals of all points on lines."""
     normals = store.packed().normals[store.row_of[store.is_kept]]
     of_scan, on_line = np.nonzero(normals.any(axis=2))
     x, y = normals[of_scan, on_line].T.astype(np.float64)
@@ -43,5 +43,5 @@ def _normal_angles(store: ScanStore, map_from_laser: Pose) -> NDArray[np.float64
 
 
 def _from_quarter(angles: NDArray[np.float64] | float) -> NDArray[np.float64]:
-    """The same directions of walls in [-π/4, π/4)."""
+    """The same wall directions in [-π/4, π/4)."""
     return np.asarray(np.mod(angles + _QUARTER / 2, _QUARTER) - _QUARTER / 2)

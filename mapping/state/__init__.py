@@ -1,1 +1,1 @@
-"""What a mapper knows: the map under construction, how it is saved, what is trimmed of it, what it yields."""
+"""The state of a mapper: the map under construction, its trimming and its result."""

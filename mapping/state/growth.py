@@ -1,14 +1,14 @@
-"""How much is mapped."""
+"""Size of the map so far."""
 
 from typing import NamedTuple
 
 
 class Growth(NamedTuple):
-    """Of a drive so far."""
+    """Counts for a drive in progress."""
 
     keyframes: int = 0
     submaps: int = 0
     loops: int = 0
-    """Closed ones."""
+    """Closed loops."""
     metres: float = 0.0
-    """Driven."""
+    """Path length in metres."""

@@ -1,4 +1,4 @@
-"""What a mapping run yields."""
+"""The result of a mapping run."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,12 +23,12 @@ WITHOUT_WHEELS = (
     "No wheel odometry was used: lengths of bare corridors are not to be trusted, and fast turns may have "
     "been lost."
 )
-"""The warning where no scan had any; whoever read the recording may have said so, and why, already."""
+"""Warning if no scan had wheel odometry; whoever read the recording may already have said so, and why."""
 
 
 @dataclass(frozen=True, eq=False)
 class MappingResult:
-    """What a mapping run yields."""
+    """The result of a mapping run."""
 
     trajectory: Trajectory
     """One pose of the base per scan."""
@@ -36,13 +36,13 @@ class MappingResult:
     rendering: RenderingConfig
     """How the grid was drawn, and is to be written."""
     map_from_keyframe: Pose
-    """(K, 3) of the base at every keyframe, those of earlier drives first."""
+    """(K, 3) base poses of all keyframes, those of earlier drives first."""
     keyframe_indices: NDArray[np.int64]
-    """(L,) scans that are keyframes: the last L of all keyframes."""
+    """(L,) indices of scans that are keyframes: the last L of all keyframes."""
     constraints: list[Constraint]
-    """Between the bases of keyframes."""
+    """Constraints between the bases of keyframes."""
     session: Session
-    """What a later drive needs to carry on the map."""
+    """The session, for later drives to extend the map."""
     seconds: dict[str, float]
     """Wall time by stage."""
     counts: dict[str, int]
@@ -50,12 +50,12 @@ class MappingResult:
     """Sentences for people."""
     quality: MapQuality
     clouds: dict[int, NDArray[np.float32]] | None = None
-    """(N, 3) by keyframe of this drive, metres in its laser frame laid level, corrected for motion; none of
-    those that are planar or were trimmed. None where they were not asked for."""
+    """(N, 3) deskewed points by keyframe of this drive, metres in the levelled laser frame; not for planar or
+    trimmed ones. None if not requested."""
 
     @cached_property
     def grid(self) -> OccupancyGrid:
-        """The grid in one piece. Raises UserError when it is too large for that."""
+        """The grid as one array. Raises UserError when it is too large."""
         return self.tiled.in_one_piece()
 
 
@@ -66,7 +66,7 @@ def result_of(
     drawn: DrawnMap,
     quality: MapQuality,
 ) -> MappingResult:
-    """The result of a drive whose scans lie at (N, 3), among the keyframes of all drives in ``session``."""
+    """Result of a drive with scans at (N, 3), given the ``session`` of all drives."""
     laser_from_base = state.reckoning.mounts.laser_from_base(state.drive.lasers)
     map_from_base = compose(map_from_laser, laser_from_base)
     return MappingResult(
@@ -86,7 +86,7 @@ def result_of(
 
 
 def finished_map_of(state: MapperState, session: Session) -> FinishedMap:
-    """What is to be judged, of a drive among the keyframes of all drives in ``session``."""
+    """The map to judge, of a drive within the ``session`` of all drives."""
     return FinishedMap(
         session,
         _seconds_of_keyframes(state, session),
@@ -96,7 +96,7 @@ def finished_map_of(state: MapperState, session: Session) -> FinishedMap:
 
 
 def sights_of(state: MapperState, session: Session, map_from_laser: Pose) -> Sights:
-    """What all keyframes showed, and those of a drive's scans, at (N, 3), whose rays are still held."""
+    """Rays and poses of all keyframes, and of scans at (N, 3) whose rays are still held."""
     held = list(state.held_rays)
     stamps = np.array(state.drive.stamps, dtype=np.int64)
     seconds_of_held = (stamps[held] - stamps[0]) * 1e-9
@@ -110,7 +110,7 @@ def sights_of(state: MapperState, session: Session, map_from_laser: Pose) -> Sig
 
 
 def _seconds_of_keyframes(state: MapperState, session: Session) -> NDArray[np.float64]:
-    """(K,) since the drive began; NaN in earlier drives."""
+    """(K,) seconds since the drive began; NaN in earlier drives."""
     since_begin = state.drive.keyframe_stamps - state.drive.stamps[0]
     seconds = np.full(len(session.keyframes), np.nan)
     seconds[len(seconds) - len(state.keyframes) :] = since_begin * 1e-9

@@ -1,4 +1,4 @@
-"""Where the scans of a drive lie, between its keyframes."""
+"""Poses of the scans between keyframes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from racecar.maps.geometry.se2 import Pose
 
 
 def place_all_scans(state: MapperState, session: Session) -> Pose:
-    """map_from_laser (N, 3) of every scan, among the keyframes of all drives; those of this one are the
+    """map_from_laser (N, 3) of every scan, given the keyframes of all drives; those of this one are the
     last."""
     map_from_keyframe = session.map_from_keyframe[_first(state, session) :]
     map_from_laser = state.guess_scans(np.arange(len(state.drive)), map_from_keyframe)
@@ -21,13 +21,13 @@ def place_all_scans(state: MapperState, session: Session) -> Pose:
 
 
 def place_scans(state: MapperState, scans: NDArray[np.int64]) -> Pose:
-    """map_from_laser (M, 3) of some scans (M,), among the keyframes so far."""
+    """map_from_laser (M, 3) of some scans (M,), given the keyframes so far."""
     guesses = state.guess_scans(scans, state.map_from_keyframe)
     return _refined(state, scans, guesses, state.session())
 
 
 def _refined(state: MapperState, scans: NDArray[np.int64], guesses: Pose, session: Session) -> Pose:
-    """Where scans (M,) that are guessed to lie at (M, 3) lie; without refinement, there."""
+    """Refined poses of scans (M,) from guesses (M, 3); the guesses themselves if refinement is off."""
     if not state.config.refine:
         return guesses
     with state.timed("refinement"):
@@ -41,5 +41,5 @@ def _refined(state: MapperState, scans: NDArray[np.int64], guesses: Pose, sessio
 
 
 def _first(state: MapperState, session: Session) -> int:
-    """Where the keyframes of this drive begin among those of all drives."""
+    """Index of this drive's first keyframe among those of all drives."""
     return len(session.keyframes) - len(state.keyframes)

@@ -1,7 +1,6 @@
-"""What a mapper forgets, so that its memory grows with the places it comes to and not with the hours.
-
-Scans between keyframes go once they have found their places, and keyframes once earlier ones show their
-places well enough (Kretzschmar and Stachniss, IJRR 2012)."""
+"""Trim the state of a mapper, so that memory grows with places and not with hours: scans between keyframes
+once they are placed, and keyframes once earlier ones show their places well enough (Kretzschmar and
+Stachniss, IJRR 2012)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,22 +13,21 @@ from racecar.mapping.state.scan_poses import place_scans
 from racecar.maps.geometry.se2 import between, compose
 
 _DELAY = 200
-"""Keyframes after which one may be trimmed, since by then its loops are closed. By judgement: some 60 m of
-path, as far as loop closures wait for consistent support."""
+"""Keyframes after which one may be trimmed, since by then its loops are closed. Chosen by judgement: some 60
+m of path, as far as loop closures wait for consistent support."""
 _KEYFRAMES = 1500
-"""Keyframes up to which none is trimmed, since each pass through a place makes the map a little truer: some
-450 m of path."""
+"""Keyframes up to which none is trimmed, since each pass through a place improves the map slightly: some 450
+m of path."""
 _SCANS = 6000
-"""Scans between keyframes, at most, that wait for the end of the drive to find their places; each keyframe
-takes the room of two. Placed on the way, among keyframes that are as good as final, they lie some tenths of a
-millimetre worse. Measured: aces, fr079 and intel were 0.0344, 0.0399 and 0.0134 m instead of 0.0344, 0.0399
-and 0.0133 m."""
+"""Scans between keyframes kept for final refinement at most; each keyframe takes the room of two. Those
+placed earlier, among nearly final keyframes, are some tenths of a millimetre worse. Measured: aces, fr079 and
+intel were 0.0344, 0.0399 and 0.0134 m instead of 0.0344, 0.0399 and 0.0133 m."""
 
 
 def trim_scans(state: MapperState, index: int) -> None:
-    """Of the scans long before keyframe ``index``, trim those for which there is no room, the earliest first.
+    """Trim the earliest scans that are long before keyframe ``index`` and exceed the room.
 
-    Where keyframes are to be trimmed, so are the scans of the latest: hundreds would go with them at once.
+    If keyframes are to be trimmed, so are scans of the latest ones: otherwise hundreds would go at once.
     """
     drive, until = state.drive, index - _DELAY
     kept, keyframes_kept = drive.kept_scans, int(np.sum(state.keyframes.is_kept))
@@ -42,7 +40,7 @@ def trim_scans(state: MapperState, index: int) -> None:
 
 
 def trim_known_keyframes(state: MapperState, index: int) -> None:
-    """Of the last keyframes long before ``index``, trim those whose place earlier ones show well enough."""
+    """Trim recent keyframes, long before keyframe ``index``, whose place earlier ones show well enough."""
     until = index - _DELAY
     first = max(until - schedule.PACKING_INTERVAL, 0)
     candidates = np.arange(first, max(until, 0))
@@ -65,7 +63,7 @@ def trim_known_keyframes(state: MapperState, index: int) -> None:
 
 
 def _trim_keyframes(state: MapperState, keyframes: NDArray[np.int64]) -> None:
-    """Forget what some keyframes saw, and the scans after each."""
+    """Drop the scans of some keyframes and those after each."""
     kept = state.drive.kept_scans
     _trim_scans(state, kept[np.isin(state.drive.keyframe_of(kept), keyframes)])
     state.keyframes.trim(keyframes)
@@ -76,7 +74,7 @@ def _trim_keyframes(state: MapperState, keyframes: NDArray[np.int64]) -> None:
 
 
 def _trim_scans(state: MapperState, scans: NDArray[np.int64]) -> None:
-    """Forget what some scans between keyframes saw, once they have found their places."""
+    """Place some scans between keyframes, then drop them."""
     if len(scans) > 0:
         lasers = np.array(state.drive.lasers)[scans].tolist()
         map_from_scan = state.reckoning.mounts.to_reference(place_scans(state, scans), lasers)
