@@ -12,9 +12,9 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.grid.log_odds import looks_until_free
 from racecar.mapping.grid.rendering import Rays, pack_rays, rays_of
-from racecar.mapping.keyframes.constraints import TIED_TO, constrain, pairs_along_path
+from racecar.mapping.keyframes.constraints import LOOKBACK, constrain, pairs_along_path
 from racecar.mapping.keyframes.drive import SCANS_PER_KEYFRAME
-from racecar.mapping.keyframes.final_optimization import matched_again, mean_bend
+from racecar.mapping.keyframes.final_optimization import mean_bend, rematched
 from racecar.mapping.keyframes.gap import Gap, gap_after
 from racecar.mapping.keyframes.placement import (
     MIN_SEARCH_POINTS,
@@ -31,14 +31,14 @@ from racecar.mapping.session.merging import EarlierMap, merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.growth import Growth
 from racecar.mapping.state.mapper_state import MapperState
-from racecar.mapping.state.result import MappingResult, finished_map_of, result_of, sights_of
+from racecar.mapping.state.result import MappingResult, finished_map_of, result_of, views_of
 from racecar.mapping.state.scan_poses import place_all_scans
 from racecar.mapping.state.trimming import trim_known_keyframes, trim_scans
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, adjoint, between, compose, inverse
 from racecar.sensors.arrays import pose_or_nan
 from racecar.sensors.matching.scan_store import prepare_scan
-from racecar.sensors.motion.dead_reckoning import WORTH_UNTOLD
+from racecar.sensors.motion.dead_reckoning import UNMEASURED
 from racecar.sensors.motion.frozen_odometry import FrozenOdometry
 from racecar.sensors.motion.lag import KnownLag
 from racecar.sensors.motion.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses
@@ -155,17 +155,17 @@ class Mapper:
         with state.timed("scan odometry"):
             points, guesses = state.reckoning.advance(scan)
         distance, angle = self._config.keyframe_distance, self._config.keyframe_angle
-        wheel_step, sees = state.reckoning.wheel_step(), len(points) > 0
+        wheel_step, has_returns = state.reckoning.wheel_step(), len(points) > 0
         since_last = scan.stamp - (scan.stamp if self.last_stamp is None else self.last_stamp)
         unknown_for = state.reckoning.blind_for if wheel_step is None else since_last
         gap = gap_after(unknown_for, wheel_step, distance)
-        is_new = state.reckoning.wheels_begin or (sees and not state.last_keyframe_sees)
-        is_due = gap != Gap.NONE or guesses.reach(distance, angle) or is_new
+        is_new = state.reckoning.wheels_begin or (has_returns and not state.last_keyframe_has_returns)
+        needs_keyframe = gap != Gap.NONE or guesses.reach(distance, angle) or is_new
         # While the laser is blind, keyframes follow the wheels; without wheels there is nothing to add.
-        if self.last_stamp is None or (is_due and (sees or wheel_step is not None)):
+        if self.last_stamp is None or (needs_keyframe and (has_returns or wheel_step is not None)):
             self._add_keyframe(scan, points, guesses, gap)
             return self._map_from_base(AT_KEYFRAME)
-        if sees:
+        if has_returns:
             self._hold(scan, points)
         state.drive.add(scan.stamp, points, guesses, scan.laser)
         return self._map_from_base(guesses)
@@ -208,7 +208,7 @@ class Mapper:
         report(0.8)
         with state.timed("rendering"):
             drawn = draw_map(
-                sights_of(state, session, map_from_laser),
+                views_of(state, session, map_from_laser),
                 session.keyframes,
                 config.resolution,
                 config.rendering,
@@ -235,21 +235,21 @@ class Mapper:
         prepared = prepare_scan(points)
         # A laser without returns may be covered: its misses show no free space.
         rays = rays_of(scan, points, self._config.rendering) if len(points) else Rays.none()
-        with state.undone_on_failure():
+        with state.rolled_back_on_error():
             index = state.keyframes.add(prepared)
             state.keyframe_lasers.append(scan.laser)
             state.rays.append(rays)
             if index == 0:
                 state.map_from_keyframe = scan.base_from_laser[None].copy()
-                step, right, is_tied = IDENTITY, guesses.sources[0], True
+                step, right, is_matched = IDENTITY, guesses.sources[0], True
             else:
                 step, right, placed = self._place(index, guesses, gap)
-                is_tied = self._tie(index, step, placed)
-                if placed.is_lost or (gap == Gap.DRIVEN and not is_tied):
+                is_matched = self._connect(index, step, placed)
+                if placed.is_lost or (gap == Gap.DRIVEN and not is_matched):
                     state.known_since = index
             if state.clouds is not None and state.reckoning.cloud is not None:
                 state.clouds[index] = state.reckoning.cloud.astype(np.float32)
-            state.reckoning.start_keyframe(step, prepared, scan.laser, is_tied=is_tied and index > 0)
+            state.reckoning.start_keyframe(step, prepared, scan.laser, is_matched=is_matched and index > 0)
             state.drive.start_keyframe(guesses, right)
             state.drive.add(scan.stamp, points, AT_KEYFRAME, scan.laser)
         if len(state.keyframes) >= looks_until_free(self._config.rendering):
@@ -271,15 +271,15 @@ class Mapper:
             guesses = guesses.first
         elif gap == Gap.DRIVEN:  # scan odometry is lost after a gap, if it ever could follow
             guesses = guesses.without(GuessSource.SCAN_ODOMETRY)
-        poses, worth = state.map_from_keyframe, state.reckoning.worth(guesses.best)
+        poses, prior = state.map_from_keyframe, state.reckoning.prior(guesses.best)
         last = state.last_map_from_reference
         mount = state.reckoning.mounts.of(state.keyframe_lasers[index])
         here, guessed = last, compose(last, guesses.motions)
         if mount is not None:
             here, guessed = compose(last, mount), compose(guessed, mount)
-            worth = adjoint(mount).T @ worth @ adjoint(mount)
+            prior = adjoint(mount).T @ prior @ adjoint(mount)
         alike = state.keyframes_alike(index)
-        placer = KeyframePlacer(index, state.keyframes, poses, here, worth, state.known_since, repeats, alike)
+        placer = KeyframePlacer(index, state.keyframes, poses, here, prior, state.known_since, repeats, alike)
         with state.timed("scan matching"):
             placed = placer.place(guessed, gap)
         state.map_from_keyframe = np.concatenate([poses, placed.pose[None]])
@@ -289,7 +289,7 @@ class Mapper:
             state.reckoning.judge_repeating(step, right, SAME_GUESS)
         return step, right, placed
 
-    def _tie(self, index: int, step: Pose, placed: Placement) -> bool:
+    def _connect(self, index: int, step: Pose, placed: Placement) -> bool:
         """Connect a new keyframe to earlier ones by scan matching, unless it is lost, and by the wheels,
         loosened if the scans refute them; returns whether scan matching succeeded. With neither, the ``step``
         (3,) to its placement connects it."""
@@ -299,20 +299,20 @@ class Mapper:
             with state.timed("scan matching"):
                 pairs = pairs_along_path(range(index, index + 1))
                 constraints = constrain(pairs, state.map_from_keyframe, state.keyframes)
-        is_tied = len(constraints) > 0
-        if not is_tied and self._sees_much(index - 1) and self._sees_much(index):
+        is_matched = len(constraints) > 0
+        if not is_matched and self._sees_much(index - 1) and self._sees_much(index):
             state.reckoning.doubt_standing()
         wheel_step, gyro_step = state.reckoning.wheel_step(), state.reckoning.gyro_step()
-        is_refuted = placed.odds_against_first > (REFUTED_ODDS if is_tied else 0.0)
-        if wheel_step is not None and (is_tied or not is_refuted):
+        is_refuted = placed.odds_against_first > (REFUTED_ODDS if is_matched else 0.0)
+        if wheel_step is not None and (is_matched or not is_refuted):
             by_wheels = state.by_wheels(index, wheel_step, gyro_step)
             constraints.append(by_wheels.loosened(state.map_from_keyframe) if is_refuted else by_wheels)
-        elif not is_tied:
-            constraints.append(state.by_motion(index, step, WORTH_UNTOLD))
+        elif not is_matched:
+            constraints.append(state.by_motion(index, step, UNMEASURED))
         state.steps.extend((*pose_or_nan(wheel_step), *gyro_step, is_refuted))
         for constraint in constraints:
             state.graph.add(constraint)
-        return is_tied
+        return is_matched
 
     def _sees_much(self, index: int) -> bool:
         return len(self._state.keyframes.points_of(index)) >= MIN_SEARCH_POINTS
@@ -350,9 +350,9 @@ class Mapper:
             return
         with state.timed("optimization"):
             history = state.loops.history
-            tied_until = history.tied_until(schedule.RECENT_LOOPS)
+            first_free = history.first_free(schedule.RECENT_LOOPS)
             state.map_from_keyframe = state.graph.close(
-                closures, state.map_from_keyframe, history.graph.groups(), tied_until
+                closures, state.map_from_keyframe, history.graph.groups(), first_free
             )
 
     def _trim(self, index: int) -> None:
@@ -381,7 +381,7 @@ class Mapper:
         for nth in range(schedule.FINAL_ROUNDS):
             state.calibrate(0)
             known, before = are_misled, state.map_from_keyframe
-            state.graph, poses, are_misled = matched_again(
+            state.graph, poses, are_misled = rematched(
                 state.graph,
                 state.all_by_wheels(),
                 state.refuted_steps,
@@ -392,7 +392,7 @@ class Mapper:
             )
             is_known = np.array_equal(are_misled, known)
             state.map_from_keyframe = state.graph.optimize_finally(poses, are_near=is_known and nth > 0)
-            if is_known and mean_bend(before, state.map_from_keyframe, max(TIED_TO)) < schedule.SETTLED_BEND:
+            if is_known and mean_bend(before, state.map_from_keyframe, max(LOOKBACK)) < schedule.SETTLED_BEND:
                 break
 
     def _judge(self, session: Session) -> MapQuality:

@@ -47,7 +47,7 @@ _WIDE = Window(5.0, 0.6)
 _NO_LOOPS = {"close_loops": False}
 _FEW_KEYFRAMES = {"keyframe_distance": 1.5, "keyframe_angle": 0.6}
 _ONE_TIE = (
-    *((module, "TIED_TO", (1,)) for module in (constraints, mapper, mapper_state)),
+    *((module, "LOOKBACK", (1,)) for module in (constraints, mapper, mapper_state)),
     (placement, "_PLACED_AGAINST", (1,)),
 )
 _UNVERIFIED = (LOOPS_NOT_SEEN_THROUGH, LOOPS_NOT_SUPPORTED)

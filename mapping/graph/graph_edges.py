@@ -61,8 +61,8 @@ class GraphEdges:
         spans = (self.ends[counted, 1] - self.ends[counted, 0]).astype(np.float64)
         covariances = np.linalg.inv(self.information[counted])
         variances = np.column_stack([covariances[:, 0, 0] + covariances[:, 1, 1], covariances[:, 2, 2]])
-        worth = np.zeros((end - first, 2))
-        np.add.at(worth, steps[counted], spans[:, None] / variances)
-        tied = worth[:, 0] > 0.0  # false for the first keyframe of a drive
-        worth[~tied] = np.inf
-        return 1.0 / worth
+        information = np.zeros((end - first, 2))
+        np.add.at(information, steps[counted], spans[:, None] / variances)
+        is_known = information[:, 0] > 0.0  # false for the first keyframe of a drive
+        information[~is_known] = np.inf
+        return 1.0 / information

@@ -163,16 +163,16 @@ class PoseGraph:
         self.constraints = self.constraints.chosen(np.delete(np.arange(len(self.constraints)), refuted))
         return self.optimize_finally(poses, are_near=True)
 
-    def close(self, closures: Sequence[Constraint], poses: Pose, groups: Groups, tied_until: int = 0) -> Pose:
+    def close(self, closures: Sequence[Constraint], poses: Pose, groups: Groups, first_free: int = 0) -> Pose:
         """Add loop closures; if they contradict the poses (K, 3), optimize these roughly.
 
-        At first only keyframes from ``tied_until`` on, at a cost independent of the length of the drive; all
+        At first only keyframes from ``first_free`` on, at a cost independent of the length of the drive; all
         of them if a closure is still contradicted.
         """
         for closure in closures:
             self.add(closure)
-        if tied_until > 0 and are_strained(closures, poses):
-            poses = self.optimize_roughly(poses, tied_until)
+        if first_free > 0 and are_strained(closures, poses):
+            poses = self.optimize_roughly(poses, first_free)
         return self.optimize_by_groups(poses, groups) if are_strained(closures, poses) else poses
 
 

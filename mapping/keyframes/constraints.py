@@ -9,7 +9,7 @@ from racecar.sensors.matching.match_information import match_information
 from racecar.sensors.matching.scan_matching import Matches, match, one_to_one
 from racecar.sensors.matching.scan_store import ScanStore
 
-TIED_TO = (1, 2, 4, 7, 11, 16, 22, 30)
+LOOKBACK = (1, 2, 4, 7, 11, 16, 22, 30)
 """Each keyframe is matched with these predecessors, counted back along the path. Measured on aces, fr079 and
 intel: before any loop is closed, wide spacing halves the drift compared with the last eight."""
 _INITIAL_DISTANCE = 0.3
@@ -27,7 +27,7 @@ much as a straight surface may deviate from a line."""
 
 def pairs_along_path(keyframes: range) -> NDArray[np.int64]:
     """(P, 2) pairs of some keyframes with the predecessors along the path they are matched with."""
-    pairs = [(k - back, k) for k in keyframes for back in TIED_TO if back <= k]
+    pairs = [(k - back, k) for k in keyframes for back in LOOKBACK if back <= k]
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 

@@ -9,12 +9,12 @@ from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.keyframes.constraints import constrain, constraints_of, match_pairs, pairs_along_path
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
-from racecar.mapping.keyframes.misled_matches import MatchesAlongPath, laid_out_by_wheels
+from racecar.mapping.keyframes.misled_matches import MatchesAlongPath, poses_by_wheels
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.sensors.matching.scan_store import ScanStore
 
 
-def matched_again(
+def rematched(
     graph: PoseGraph,
     by_wheels: Sequence[Constraint],
     are_refuted: NDArray[np.bool_],
@@ -57,7 +57,7 @@ def matched_again(
             constraints.append(c)
     if with_first_pass:
         constraints += constrain(pairs_with_first_pass(poses, is_kept), poses, store)
-    return PoseGraph(constraints), laid_out_by_wheels(poses, along, newly), are_misled
+    return PoseGraph(constraints), poses_by_wheels(poses, along, newly), are_misled
 
 
 def mean_bend(before: Pose, after: Pose, keyframes: int) -> float:

@@ -29,7 +29,7 @@ _MIN_COVERAGE = 0.6
 from behind a wall few are."""
 
 
-def ties_to_known(
+def matches_with_known(
     candidates: NDArray[np.int64], map_from_keyframe: Pose, loops: LoopCloser
 ) -> list[Constraint]:
     """Scan matches of those ``candidates`` (C,), ascending, whose place earlier keyframes show, each with the

@@ -109,7 +109,7 @@ class MatchesAlongPath:
         contradicted = np.zeros(len(off), dtype=np.bool_)
         for lag in np.unique(self.spans.lengths):
             those = self.spans.lengths == lag
-            contradicted[those] = _stick_out(off[those], off[those & usual])
+            contradicted[those] = _are_outliers(off[those], off[those & usual])
         return contradicted
 
     def _per_step(self, which: NDArray[np.bool_] | bool = True) -> NDArray[np.float64]:
@@ -181,7 +181,7 @@ def _legs(lag: int, of_lag: Mapping[int, _Motions]) -> list[_Motions]:
     return legs
 
 
-def laid_out_by_wheels(poses: Pose, along: MatchesAlongPath, where: NDArray[np.bool_]) -> Pose:
+def poses_by_wheels(poses: Pose, along: MatchesAlongPath, where: NDArray[np.bool_]) -> Pose:
     """The poses (K, 3) if the wheels are believed in some steps (K - 1,)."""
     steps = between(poses[:-1], poses[1:])
     believed = where & ~np.isnan(along.steps[:, 0])
@@ -189,7 +189,7 @@ def laid_out_by_wheels(poses: Pose, along: MatchesAlongPath, where: NDArray[np.b
     return compose(poses[0], chained(steps))
 
 
-def _stick_out(errors: Pose, usual: Pose) -> NDArray[np.bool_]:
+def _are_outliers(errors: Pose, usual: Pose) -> NDArray[np.bool_]:
     """(N,) whether errors (N, 3) are outliers among usual ones (U, 3); NaN are not."""
     usual = usual[~np.isnan(usual[:, 0])]
     if len(usual) < _MIN_MATCHES:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.keyframes.constraints import TIED_TO
+from racecar.mapping.keyframes.constraints import LOOKBACK
 from racecar.mapping.keyframes.gap import Gap
 from racecar.mapping.keyframes.motion_prior import guess_shares, log_likelihood
 from racecar.mapping.keyframes.scan_evidence import scan_evidence
@@ -24,7 +24,7 @@ REFUTED_ODDS = 5.0
 Chosen by judgement: 150 to 1."""
 MIN_SEARCH_POINTS = 30
 """Minimum number of points of a scan for a search, since few fit anywhere."""
-_PLACED_AGAINST = TIED_TO[:5]
+_PLACED_AGAINST = LOOKBACK[:5]
 """Predecessors that a new keyframe is jointly matched with. Chosen by judgement: the first of those it is
 constrained to, which surely overlap."""
 _MIN_OVERLAP = 0.1

@@ -52,20 +52,20 @@ class LoopCloser:
         """Search for the newest submap in earlier ones, with keyframes at ``poses`` (K, 3); returns loop
         closures accepted now."""
         newest = len(self.history.submaps) - 1
-        return self.seek(newest, newest, poses)
+        return self.search(newest, newest, poses)
 
-    def seek(self, query: int, among: int, poses: Pose) -> list[Constraint]:
+    def search(self, query: int, among: int, poses: Pose) -> list[Constraint]:
         """Search for a submap in the first ``among`` submaps; returns loop closures accepted now."""
         history, moving = self.history, self.history.submaps[query]
         for fixed, window in candidates(moving, among, history.graph, poses, self.store):
-            hypothesis = self.seek_on(fixed, moving, poses, window)
+            hypothesis = self.search_in(fixed, moving, poses, window)
             if hypothesis is not None:
                 history.add(hypothesis)
         near = history.within(_OPEN_DISTANCE, moving)
         open_ = [hypothesis for hypothesis in near if not hypothesis.accepted]
         return history.accept([each for each in open_ if is_supported(each, near, history.graph, poses)])
 
-    def seek_on(self, fixed: Submap, moving: Submap, poses: Pose, window: Window) -> Hypothesis | None:
+    def search_in(self, fixed: Submap, moving: Submap, poses: Pose, window: Window) -> Hypothesis | None:
         """Search for a submap in a window of a fixed one. None when it fits nowhere, or is ambiguous, or the
         scans refute it."""
         found = self._search.find(fixed, moving, poses, window)

@@ -57,8 +57,8 @@ class LoopHistory:
             self.graph.close(hypothesis.fixed, hypothesis.moving)
         return [hypothesis.as_constraint() for hypothesis in hypotheses]
 
-    def tied_until(self, loops: int) -> int:
-        """The last keyframe with at most ``loops`` loops closed since; 0 if there were not so many."""
+    def first_free(self, loops: int) -> int:
+        """First keyframe that the next loop still moves: at most ``loops`` loops were closed since."""
         accepted = (h.moving.first for h in reversed(self.hypotheses) if h.accepted)
         return next(islice(accepted, loops, None), 0)
 
@@ -71,9 +71,9 @@ class LoopHistory:
         """Concatenated submaps, see `SubmapGraph.followed_by`, without hypotheses."""
         return LoopHistory(self.graph.followed_by(later.graph))
 
-    def only(self, is_left: NDArray[np.bool_]) -> "LoopHistory":
+    def only(self, remains: NDArray[np.bool_]) -> "LoopHistory":
         """The part for the remaining keyframes (K,), with submaps and hypotheses that are complete."""
-        graph, number = self.graph.only(is_left)
+        graph, number = self.graph.only(remains)
         hypotheses = [
             replace(each, fixed=graph.submaps[fixed], moving=graph.submaps[moving])
             for each in self.hypotheses

@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from racecar.mapping.graph.coarse_graph import Groups
-from racecar.mapping.graph.contraction import ties_passed_on
+from racecar.mapping.graph.contraction import inherited_links
 from racecar.mapping.loops.submap import Submap
 from racecar.maps.geometry.se2 import Pose
 
@@ -69,10 +69,10 @@ class SubmapGraph:
         before = self.variances[-2:] or [0.0, 0.0]
         self.variances.extend((np.cumsum(of_steps, axis=0) + before).ravel())
 
-    def only(self, is_left: NDArray[np.bool_]) -> "tuple[SubmapGraph, list[int]]":
+    def only(self, remains: NDArray[np.bool_]) -> "tuple[SubmapGraph, list[int]]":
         """The graph of the remaining keyframes (K,) with complete submaps, and the new index of each submap,
         -1 if it is incomplete."""
-        before, keyframe = np.append(0, np.cumsum(is_left)), np.cumsum(is_left) - 1
+        before, keyframe = np.append(0, np.cumsum(remains)), np.cumsum(remains) - 1
         whole = [s for s in self.submaps if before[s.last + 1] - before[s.first] == s.last + 1 - s.first]
         number = np.full(len(self.submaps), -1)
         number[[s.index for s in whole]] = np.arange(len(whole))
@@ -84,9 +84,9 @@ class SubmapGraph:
         path, erred = np.array(self.path), np.reshape(self.variances, (-1, 2))
         graph = SubmapGraph(
             submaps,
-            array("d", path[is_left].tolist()),
+            array("d", path[remains].tolist()),
             array("l", edges.ravel().tolist()),
-            array("d", erred[is_left[: len(erred)]].ravel().tolist()),
+            array("d", erred[remains[: len(erred)]].ravel().tolist()),
         )
         return graph, number.tolist()
 
@@ -97,7 +97,7 @@ class SubmapGraph:
         for first, second, is_closure in np.reshape(self.edges, (-1, 3)).tolist():
             if is_closure or number[first] < 0 or number[second] < 0:
                 closed[first][second] = closed[second][first] = True
-        passed_on = ties_passed_on(
+        passed_on = inherited_links(
             closed, number >= 0, lambda going, other, _: (abs(other - going), other), lambda *_: True
         )
         pairs = [(number[first], number[second], 1) for first, second, _ in passed_on]

@@ -22,7 +22,7 @@ people and doors make less."""
 _LEAST_OPEN = 0.1
 """Metres of uncertainty from which a stretch is reported. Chosen by judgement: two cells of the map."""
 _FIRST = 1000.0
-"""A weight above that of any measurable contradiction; chosen by judgement."""
+"""A weight above that of any contradiction that can be measured; chosen by judgement."""
 
 
 _Weighed = tuple[float, DoubtfulSegment]

@@ -19,7 +19,7 @@ _LOOSE = 0.5
 """Standard deviation in metres and radians of an unmeasured step: somewhat more than the keyframe spacing.
 Chosen by judgement; it also keeps the equations solvable."""
 _DRAWS, _SEED = 64, 1
-"""Number of samples, for a spread right to a tenth, one over the root of twice as many, and a fixed seed."""
+"""Samples for a spread right to a tenth, since it is one over the root of twice as many; and a seed."""
 
 
 class GraphMotion:

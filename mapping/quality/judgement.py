@@ -40,8 +40,8 @@ _WHY = {
     "other one saw than scans that follow each other.",
     "slip": "Where walls hold, wheels and map differ by {slip_share:.1%} of the way: where only wheels show "
     "how far the car came, the map is as wrong.",
-    "ties": "What ties the path together leaves {spread_per_10_m:.2f} m per 10 m open, by its residuals, and "
-    "{spread_of_whole:.2f} m over the whole map.",
+    "spread": "What ties the path together leaves {spread_per_10_m:.2f} m per 10 m open, by its residuals, "
+    "and {spread_of_whole:.2f} m over the whole map.",
     "matches": "Scans fit each other elsewhere than in the map, by {match_residual_m:.3f} m on average.",
 }
 """Sentences for the causes of errors."""
@@ -58,7 +58,7 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
     if last is not map_:
         figures = {**figures, "unlike_earlier": unlike_earlier(map_)}
     causes = _causes(figures)
-    expected = np.maximum(_LEAST + causes["passes"] + causes["ties"] + causes["matches"], causes["slip"])
+    expected = np.maximum(_LEAST + causes["passes"] + causes["spread"] + causes["matches"], causes["slip"])
     local, whole = expected.tolist()
     excess = max(local / config.good_local, whole / config.good_whole)
     doubts = tuple(_doubts(map_.wheel_scale, figures))
@@ -83,7 +83,7 @@ def _causes(figures: Mapping[str, float]) -> dict[str, NDArray[np.float64]]:
     return {
         "passes": np.full(2, _THROUGH * through**2),
         "slip": np.array([figures["slip_per_10_m"], figures["slip_of_whole"]]),
-        "ties": _OF_SPREAD * np.array([figures["spread_per_10_m"], figures["spread_of_whole"]]),
+        "spread": _OF_SPREAD * np.array([figures["spread_per_10_m"], figures["spread_of_whole"]]),
         "matches": np.full(2, _RESIDUAL * residual**2),
     }
 

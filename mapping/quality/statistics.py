@@ -13,7 +13,7 @@ from racecar.mapping.quality.jumps import jumps
 from racecar.mapping.quality.pass_agreement import PassAgreement, PlacePairs, agreement_of, near_pairs
 from racecar.mapping.quality.slip import slip_errors, slip_share
 from racecar.mapping.quality.unseen_ways import unseen_ways
-from racecar.mapping.quality.wall_directions import weakest_hold
+from racecar.mapping.quality.wall_directions import weakest_direction
 
 LOCAL_DISTANCE = 10.0
 """Metres of path over which the local error is stated, by definition."""
@@ -50,7 +50,7 @@ def measure(map_: FinishedMap) -> MapStatistics:
     near, far = near_pairs(map_)
     passes = agreement_of(far, poses, session.keyframes)
     places = passes.by_places(passes.usual(agreement_of(near, poses, session.keyframes)), path)
-    are_bare = weakest_hold(session.keyframes) < _BARE
+    are_bare = weakest_direction(session.keyframes) < _BARE
     beyond = (places.looked_through - places.usual)[places.are_seen]
     ways, too_far = unseen_ways(map_, edges, are_bare), jumps(map_)
     stretches, any_two = _pairs(path)

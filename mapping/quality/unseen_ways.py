@@ -22,15 +22,15 @@ def unseen_ways(map_: FinishedMap, edges: GraphEdges, are_bare: NDArray[np.bool_
     whose length walls do not show: scans ``are_bare`` (K,) at either end, and no loop closure spans it. If
     the car has wheels, the first step is assumed to be standing."""
     steps, seconds = np.diff(map_.path), np.nan_to_num(np.diff(map_.seconds))
-    tells_pace = (steps > _LEAST_STEP) & (seconds > 0.0)
-    if not tells_pace.any():
+    shows_speed = (steps > _LEAST_STEP) & (seconds > 0.0)
+    if not shows_speed.any():
         return np.zeros(len(steps))
-    pace = np.median(steps[tells_pace] / seconds[tells_pace])
-    are_untold = (are_bare[1:] | are_bare[:-1]) & ~_closed_steps(edges, are_bare)
+    speed = np.median(steps[shows_speed] / seconds[shows_speed])
+    are_unobserved = (are_bare[1:] | are_bare[:-1]) & ~_closed_steps(edges, are_bare)
     first = int(np.argmax(np.isfinite(map_.seconds[:-1])))
     if (edges.ends[edges.are("odometry"), 1] == first + 1).any():
-        are_untold[first] = False
-    ways: NDArray[np.float64] = np.where(are_untold, np.maximum(pace * seconds - steps, 0.0), 0.0)
+        are_unobserved[first] = False
+    ways: NDArray[np.float64] = np.where(are_unobserved, np.maximum(speed * seconds - steps, 0.0), 0.0)
     return ways
 
 

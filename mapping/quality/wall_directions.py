@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from racecar.sensors.matching.scan_store import ScanStore
 
 
-def weakest_hold(store: ScanStore) -> NDArray[np.float64]:
+def weakest_direction(store: ScanStore) -> NDArray[np.float64]:
     """(K,) share of a scan's lines that constrain its weakest direction: at most a half, 0 without lines."""
     packed = store.packed()
     hold = np.zeros(len(packed.counts))

@@ -25,8 +25,8 @@ _FRAME_IS_KEPT = (
 
 
 @dataclass(frozen=True, eq=False)
-class Sights:
-    """Rays of scans with poses: keyframes first, then scans between them where keyframes are few."""
+class Views:
+    """What scans showed: rays with poses, of keyframes, then of scans between where keyframes are few."""
 
     rays: Sequence[Rays]
     """(S)"""
@@ -40,17 +40,17 @@ class Sights:
     """Number of keyframes among them."""
 
     @classmethod
-    def of(cls, session: Session, seconds: NDArray[np.float64] | None = None) -> "Sights":
+    def of(cls, session: Session, seconds: NDArray[np.float64] | None = None) -> "Views":
         """Those of the keyframes of a session, with ``seconds`` (K,) if known."""
         count = len(session.rays)
         seconds = np.full(count, np.nan) if seconds is None else seconds
         return cls(session.rays, session.map_from_keyframe, seconds, session.drives, count)
 
-    def only(self, chosen: NDArray[np.bool_]) -> "Sights":
+    def only(self, chosen: NDArray[np.bool_]) -> "Views":
         """The selected ones (S,)."""
         rays = [rays for rays, is_chosen in zip(self.rays, chosen.tolist(), strict=True) if is_chosen]
         keyframes = int(np.sum(chosen[: self.keyframes]))
-        return Sights(rays, self.map_from_laser[chosen], self.seconds[chosen], self.drives[chosen], keyframes)
+        return Views(rays, self.map_from_laser[chosen], self.seconds[chosen], self.drives[chosen], keyframes)
 
     @property
     def path(self) -> NDArray[np.float64]:
@@ -75,7 +75,7 @@ class DrawnMap:
 
 
 def draw_map(
-    sights: Sights,
+    views: Views,
     store: ScanStore,
     resolution: float,
     rendering: RenderingConfig,
@@ -86,11 +86,11 @@ def draw_map(
 
     With ``keep_frame`` the map is neither rotated nor shifted to another origin.
     """
-    turn = 0.0 if keep_frame else _turn(sights, store, rendering)
+    turn = 0.0 if keep_frame else _turn(views, store, rendering)
     if turn:
-        turned = compose(np.array([0.0, 0.0, turn]), sights.map_from_laser)
-        sights = replace(sights, map_from_laser=turned)
-    shown, not_left_out = _without_left_out(sights, rendering)
+        turned = compose(np.array([0.0, 0.0, turn]), views.map_from_laser)
+        views = replace(views, map_from_laser=turned)
+    shown, not_left_out = _without_left_out(views, rendering)
     box, not_cropped = _box(shown, rendering)
     grid = render(shown.rays, shown.map_from_laser, shown.drives, resolution, rendering, box)
     of_keyframes = returns_of(shown.rays[: shown.keyframes], shown.map_from_laser[: shown.keyframes])
@@ -106,39 +106,39 @@ def draw_map(
     return DrawnMap(grid, frame if frame.any() else None, (*not_left_out, *not_cropped, *kept))
 
 
-def _turn(sights: Sights, store: ScanStore, rendering: RenderingConfig) -> float:
+def _turn(views: Views, store: ScanStore, rendering: RenderingConfig) -> float:
     if rendering.turn != "walls":
         return rendering.turn
-    direction = wall_direction(store, sights.map_from_laser[: sights.keyframes])
+    direction = wall_direction(store, views.map_from_laser[: views.keyframes])
     return 0.0 if direction is None else -direction
 
 
-def _without_left_out(sights: Sights, rendering: RenderingConfig) -> tuple[Sights, list[str]]:
+def _without_left_out(views: Views, rendering: RenderingConfig) -> tuple[Views, list[str]]:
     """The scans to draw; all of them, and a sentence, if none would be left."""
-    seconds = np.where(np.isnan(sights.seconds), -1.0, sights.seconds)
+    seconds = np.where(np.isnan(views.seconds), -1.0, views.seconds)
     chosen = np.ones(len(seconds), dtype=np.bool_)
     for begin, end in rendering.left_out:
         chosen &= (seconds < begin) | (seconds > end)
     if chosen.all():
-        return sights, []
-    left = sights.only(chosen)
+        return views, []
+    left = views.only(chosen)
     if not any(rays.are_kept for rays in left.rays):
-        return sights, [
-            f"The spans that are to be left out hold all scans, of {np.nanmin(sights.seconds):.0f} to "
-            f"{np.nanmax(sights.seconds):.0f} s; leave some in."
+        return views, [
+            f"The spans that are to be left out hold all scans, of {np.nanmin(views.seconds):.0f} to "
+            f"{np.nanmax(views.seconds):.0f} s; leave some in."
         ]
     return left, []
 
 
-def _box(sights: Sights, rendering: RenderingConfig) -> tuple[Box | None, list[str]]:
+def _box(views: Views, rendering: RenderingConfig) -> tuple[Box | None, list[str]]:
     """The box to draw; None for everything, with a sentence if the box is empty."""
     if rendering.crop is None:
         return None, []
     if rendering.crop == "driven":
         margin = rendering.driven_margin
-        return (sights.path.min(axis=0) - margin, sights.path.max(axis=0) + margin), []
+        return (views.path.min(axis=0) - margin, views.path.max(axis=0) + margin), []
     low, high = np.array(rendering.crop[:2]), np.array(rendering.crop[2:])
-    seen_low, seen_high = seen_box(bounds_of(sights.rays, sights.map_from_laser), 0.0)
+    seen_low, seen_high = seen_box(bounds_of(views.rays, views.map_from_laser), 0.0)
     if np.any(low >= seen_high) or np.any(high <= seen_low):
         return None, [
             f"Nothing was seen in the box {_in_words(low, high)}, to which the map is to be cropped; what "

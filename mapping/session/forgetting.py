@@ -27,12 +27,12 @@ misled by people, two show what stays."""
 def forget_outdated(session: Session) -> Session:
     """The session without keyframes that enough later drives passed, except those that alone show something:
     behind a door that is now closed, or beyond the range of a later laser."""
-    is_left = _drives_later(session) < _OUTDATED_AFTER
-    if is_left.all():
+    remains = _drives_later(session) < _OUTDATED_AFTER
+    if remains.all():
         return session
-    is_left = showing_more(session.rays, session.map_from_keyframe, is_left)
-    constraints = contracted(session.constraints, session.map_from_keyframe, is_left)
-    return replace(session.only(is_left), constraints=constraints)
+    remains = showing_more(session.rays, session.map_from_keyframe, remains)
+    constraints = contracted(session.constraints, session.map_from_keyframe, remains)
+    return replace(session.only(remains), constraints=constraints)
 
 
 def _drives_later(session: Session) -> NDArray[np.int64]:

@@ -88,7 +88,7 @@ def _close_loops(
     poses = graph.optimize_by_groups(merged.map_from_keyframe, groups)
     start = recognized[0].moving.index
     for query in sorted(range(known, len(loops.history.submaps)), key=lambda k: abs(k - start)):
-        poses = graph.close(loops.seek(query, known, poses), poses, groups)
+        poses = graph.close(loops.search(query, known, poses), poses, groups)
     passes = pairs_with_first_pass(poses, loops.store.is_kept)
     between_drives = passes[(passes < first).sum(axis=1) == 1]
     matches = constrain(between_drives, poses, loops.store)

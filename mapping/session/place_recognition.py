@@ -97,7 +97,7 @@ def _verified(loops: LoopCloser, moving: Submap, known: list[Submap], poses: Pos
     """Hypothesis of a submap on the nearest known one that does not refute it, if any, given approximate
     keyframe ``poses`` (K, 3)."""
     for fixed in _nearest(moving, known, poses):
-        hypothesis = loops.seek_on(fixed, moving, poses, WITHOUT_DRIFT)
+        hypothesis = loops.search_in(fixed, moving, poses, WITHOUT_DRIFT)
         if hypothesis is not None:
             return [hypothesis]
     return []

@@ -45,10 +45,10 @@ class RivalPlaces:
         either."""
         for hypothesis in supported:
             if hypothesis.moving not in self._rivals:
-                self._rivals[hypothesis.moving] = self._seek(hypothesis)
+                self._rivals[hypothesis.moving] = self._find(hypothesis)
         return [rival for h in supported for rival in self._rivals[h.moving]]
 
-    def _seek(self, hypothesis: Hypothesis) -> list[Hypothesis]:
+    def _find(self, hypothesis: Hypothesis) -> list[Hypothesis]:
         moving, loops = hypothesis.moving, self._loops
         points = moving.sample(loops.store, self._poses, _POINTS)
         if points is None:

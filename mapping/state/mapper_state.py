@@ -13,7 +13,7 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.grid.rendering import Rays
-from racecar.mapping.keyframes.constraints import TIED_TO
+from racecar.mapping.keyframes.constraints import LOOKBACK
 from racecar.mapping.keyframes.drive import Drive
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.session.session import Session, one_drive
@@ -85,7 +85,7 @@ class MapperState:
         return mounts.to_laser(guesses, np.array(self.drive.lasers)[scans].tolist())
 
     @property
-    def last_keyframe_sees(self) -> bool:
+    def last_keyframe_has_returns(self) -> bool:
         """Whether the last keyframe has returns; True if there is none."""
         return len(self.keyframes) == 0 or bool(self.keyframes.row_of[-1] > 0)
 
@@ -121,7 +121,7 @@ class MapperState:
 
     def _spans_since(self, first: int) -> MatchedSpans:
         """Scan matches along the path from a keyframe on, as motions of the reference."""
-        edges, longest = self.graph.constraints.to_arrays(), max(TIED_TO)
+        edges, longest = self.graph.constraints.to_arrays(), max(LOOKBACK)
         starts, ends = edges["keyframes"].astype(np.int64).T
         chosen = self.graph.constraints.are("scan_matching") & (starts >= first) & (ends - starts <= longest)
         starts, ends, motions = starts[chosen], ends[chosen], edges["poses"][chosen]
@@ -156,7 +156,7 @@ class MapperState:
         ]
 
     @contextmanager
-    def undone_on_failure(self) -> Iterator[None]:
+    def rolled_back_on_error(self) -> Iterator[None]:
         """Roll back a keyframe that fails inside the block, so that everything indexed by keyframes keeps the
         same length."""
         count, constraints = len(self.keyframes), len(self.graph.constraints)

@@ -10,7 +10,7 @@ from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.map_quality import MapQuality
-from racecar.mapping.session.drawing import DrawnMap, Sights
+from racecar.mapping.session.drawing import DrawnMap, Views
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.mapper_state import MapperState
 from racecar.maps.geometry.se2 import Pose, compose
@@ -95,12 +95,12 @@ def finished_map_of(state: MapperState, session: Session) -> FinishedMap:
     )
 
 
-def sights_of(state: MapperState, session: Session, map_from_laser: Pose) -> Sights:
+def views_of(state: MapperState, session: Session, map_from_laser: Pose) -> Views:
     """Rays and poses of all keyframes, and of scans at (N, 3) whose rays are still held."""
     held = list(state.held_rays)
     stamps = np.array(state.drive.stamps, dtype=np.int64)
     seconds_of_held = (stamps[held] - stamps[0]) * 1e-9
-    return Sights(
+    return Views(
         rays=[*session.rays, *state.held_rays.values()],
         map_from_laser=np.concatenate([session.map_from_keyframe, map_from_laser[held]]),
         seconds=np.concatenate([_seconds_of_keyframes(state, session), seconds_of_held]),

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from racecar.mapping import schedule
 from racecar.mapping.grid.rendering import Rays
-from racecar.mapping.keyframes.known_places import ties_to_known
+from racecar.mapping.keyframes.known_places import matches_with_known
 from racecar.mapping.state.mapper_state import MapperState
 from racecar.mapping.state.scan_poses import place_scans
 from racecar.maps.geometry.se2 import between, compose
@@ -49,7 +49,7 @@ def trim_known_keyframes(state: MapperState, index: int) -> None:
     if len(candidates) == 0 or is_room_left or not knows_places:
         return
     with state.timed("scan matching"):
-        ties = ties_to_known(candidates, state.map_from_keyframe, state.loops)
+        ties = matches_with_known(candidates, state.map_from_keyframe, state.loops)
     if not ties:
         return
     with state.timed("optimization"):

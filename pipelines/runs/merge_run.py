@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality
-from racecar.mapping.session.drawing import DrawnMap, Sights, draw_map
+from racecar.mapping.session.drawing import DrawnMap, Views, draw_map
 from racecar.mapping.session.merging import EarlierMap, merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.session.unrecognized import NotRecognizedError
@@ -83,7 +83,7 @@ def draw_merged(run: MergedRun, config: Config, report: Report) -> MergedMap:
     unknown = np.full(len(session.rays), np.nan)
     with report.stage("rendering"):
         drawn = draw_map(
-            *(Sights.of(session), session.keyframes, mapping.resolution, mapping.rendering), keep_frame=True
+            *(Views.of(session), session.keyframes, mapping.resolution, mapping.rendering), keep_frame=True
         )
     for sentence in drawn.disregarded:
         report.warn(sentence)

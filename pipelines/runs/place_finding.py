@@ -12,7 +12,7 @@ from racecar.localization.localizer import Localizer
 from racecar.localization.verdict.map_fit import MapFit
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.grid.rendering import Rays
-from racecar.mapping.session.drawing import Sights, draw_map
+from racecar.mapping.session.drawing import Views, draw_map
 from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse
@@ -93,7 +93,7 @@ class LocalizerSearch:
         session, config = self.earlier, self.mapping
         rendering = config.rendering.model_copy(update={"crop": None, "left_out": ()})
         return draw_map(
-            *(Sights.of(session), session.keyframes, config.resolution, rendering),
+            *(Views.of(session), session.keyframes, config.resolution, rendering),
             keep_frame=True,
         ).grid
 

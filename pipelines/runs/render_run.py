@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.grid.log_odds import looks_until_free
 from racecar.mapping.quality.map_quality import Verdict
-from racecar.mapping.session.drawing import DrawnMap, Sights, draw_map
+from racecar.mapping.session.drawing import DrawnMap, Views, draw_map
 from racecar.mapping.session.session import Session
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, compose
@@ -83,8 +83,8 @@ def render_run(folder: Path, config: MappingConfig, edits: MapEdits, report: Rep
             "is missing or of another map."
         )
     with report.stage("rendering"):
-        sights = Sights.of(session, seconds)
-        drawn = draw_map(sights, session.keyframes, config.resolution, config.rendering)
+        views = Views.of(session, seconds)
+        drawn = draw_map(views, session.keyframes, config.resolution, config.rendering)
     if drawn.disregarded:
         raise UserError(drawn.disregarded[0])
     if len(session.rays) < looks_until_free(config.rendering):

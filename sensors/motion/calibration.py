@@ -85,7 +85,7 @@ class WheelCalibration:
     usual_step: float = _INITIAL_STEP
     """Metres of the steps that all this is true of; longer ones err by more."""
 
-    def worth(self, step: Pose) -> NDArray[np.float64]:
+    def prior(self, step: Pose) -> NDArray[np.float64]:
         """(3, 3) information of a corrected ``step`` (3,) before scans were matched: it may be one of the bad
         ones."""
         return self._information(step, self.tail_distance, self.tail_turn)

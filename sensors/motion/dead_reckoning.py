@@ -54,7 +54,7 @@ _BLIND_INTERVAL = 2_000_000_000
 """Nanoseconds for which a car without wheel odometry is thought to go on as before while no beam meets
 anything; then it is searched for where it was by then. By judgement: as long as a gap after which it is
 searched for."""
-WORTH_UNTOLD = np.diag(np.array([1.0, 1.0, 1.5]) ** -2.0)
+UNMEASURED = np.diag(np.array([1.0, 1.0, 1.5]) ** -2.0)
 """(3, 3) information of the motion over a longer time that nothing measured: m, m, rad. By judgement: a car
 goes that far before anybody wonders."""
 
@@ -240,10 +240,10 @@ class DeadReckoning:
         """What they told until now does not count any more."""
         self._now, self._keyframe = (each._replace(by_wheels=None) for each in (self._now, self._keyframe))
 
-    def worth(self, step: Pose) -> NDArray[np.float64]:
+    def prior(self, step: Pose) -> NDArray[np.float64]:
         """(3, 3) information of the most trusted guess of a ``step`` (3,) since the last keyframe."""
         is_long = self._now.stamp - self._keyframe.stamp > _BLIND_INTERVAL
-        return WORTH_UNTOLD if is_long and self.wheel_step() is None else self.calibration.worth(step)
+        return UNMEASURED if is_long and self.wheel_step() is None else self.calibration.prior(step)
 
     def gyro_step(self) -> tuple[float, float]:
         """The turn since the last keyframe as the gyroscope measured it, and in how many seconds.
@@ -268,11 +268,11 @@ class DeadReckoning:
         return compose(compose(inverse(base_from_reference), fused), base_from_reference)
 
     def start_keyframe(
-        self, step: Pose, keyframe: PreparedScan, laser: int = 0, *, is_tied: bool = True
+        self, step: Pose, keyframe: PreparedScan, laser: int = 0, *, is_matched: bool = True
     ) -> None:
         """From here on the current scan, of a ``laser``, is the keyframe; since the last one the reference
-        moved by ``step`` (3,), which the scans show if it ``is_tied``."""
-        if is_tied:
+        moved by ``step`` (3,), which the scans show if it ``is_matched``."""
+        if is_matched:
             self._learn_turn(step)
         else:
             self.turns.start_anew()

@@ -60,7 +60,7 @@ def in_sweep_order(track: ScanTrack) -> OrderedTrack:
     """
     reversed_track = track_of(track.scans, -1.0)
     rates = 0.5 * (track.velocities()[:, 2] + reversed_track.velocities()[:, 2])
-    pairs = _telling_pairs(track, rates)
+    pairs = _informative_pairs(track, rates)
     blocks = blocks_at(track.stamps[pairs[:, 0]])
     if len(np.unique(blocks)) < MIN_BLOCKS:
         return OrderedTrack(SweepOrder.UNKNOWN, track)
@@ -72,7 +72,7 @@ def in_sweep_order(track: ScanTrack) -> OrderedTrack:
     return OrderedTrack(SweepOrder.AS_RECORDED if gain < -SIGMAS * sigma else SweepOrder.UNKNOWN, track)
 
 
-def _telling_pairs(track: ScanTrack, turn_rates: NDArray[np.float64]) -> NDArray[np.int64]:
+def _informative_pairs(track: ScanTrack, turn_rates: NDArray[np.float64]) -> NDArray[np.int64]:
     """(P, 2) scans close in time that differ in turn rate (N,)."""
     ends = np.searchsorted(track.stamps, track.stamps + _MAX_APART, side="right")
     pairs = np.array(

@@ -120,7 +120,7 @@ STAGES: list[tuple[Any, str]] = [
     (LoopCloser, "learn_drift"),
     (LoopCloser, "close"),
     (Drive, "start_keyframe"),
-    (trimming, "ties_to_known"),
+    (trimming, "matches_with_known"),
 ]
 
 

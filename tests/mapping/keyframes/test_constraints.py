@@ -32,6 +32,6 @@ def test_a_pair_that_does_not_fit_gives_no_constraint(missed: float) -> None:
 
 
 def test_a_keyframe_is_tied_to_some_of_those_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(constraints, "TIED_TO", (1, 3))
+    monkeypatch.setattr(constraints, "LOOKBACK", (1, 3))
     assert pairs_along_path(range(5)).tolist() == [[0, 1], [1, 2], [2, 3], [0, 3], [3, 4], [1, 4]]
     assert pairs_along_path(range(1)).shape == (0, 2)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from racecar.mapping.keyframes import known_places
-from racecar.mapping.keyframes.known_places import ties_to_known
+from racecar.mapping.keyframes.known_places import matches_with_known
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
@@ -53,7 +53,7 @@ def test_later_laps_are_known_by_the_first_one(count: int) -> None:
     poses = laps(count)
     loops = driven(RING, poses)
     close_loops(loops, poses, PER_LAP)
-    ties = ties_to_known(np.arange(len(poses)), poses, loops)
+    ties = matches_with_known(np.arange(len(poses)), poses, loops)
     trimmed = np.array([tie.to_keyframe for tie in ties])
     assert abs(trimmed[0] - PER_LAP) < 10
     assert len(trimmed) > 0.9 * (len(poses) - PER_LAP)
@@ -67,7 +67,7 @@ def test_later_laps_are_known_by_the_first_one(count: int) -> None:
 
 def test_a_lap_that_no_loop_ties_to_another_may_be_elsewhere() -> None:
     poses = laps(2)
-    assert ties_to_known(np.arange(len(poses)), poses, driven(RING, poses)) == []
+    assert matches_with_known(np.arange(len(poses)), poses, driven(RING, poses)) == []
 
 
 def test_who_comes_the_other_way_sees_something_else() -> None:
@@ -75,7 +75,7 @@ def test_who_comes_the_other_way_sees_something_else() -> None:
     poses = np.concatenate([there, there[::-1] + np.array([0.0, 0.0, np.pi])])
     loops = driven(RING, poses)
     close_loops(loops, poses, len(there))
-    assert ties_to_known(np.arange(len(poses)), poses, loops) == []
+    assert matches_with_known(np.arange(len(poses)), poses, loops) == []
 
 
 def test_what_was_trimmed_makes_nothing_known() -> None:
@@ -83,7 +83,7 @@ def test_what_was_trimmed_makes_nothing_known() -> None:
     loops = driven(RING, poses)
     close_loops(loops, poses, PER_LAP)
     loops.store.trim(np.arange(PER_LAP))
-    ties = ties_to_known(np.arange(len(poses)), poses, loops)
+    ties = matches_with_known(np.arange(len(poses)), poses, loops)
     assert abs(ties[0].to_keyframe - 2 * PER_LAP) < 10
 
 
@@ -93,6 +93,6 @@ def test_who_is_near_but_behind_a_wall_sees_something_else(monkeypatch: pytest.M
     poses = np.concatenate([lane, lane * [1.0, -1.0, 1.0]])
     loops = driven(HALL, poses)
     close_loops(loops, poses, len(lane))
-    assert ties_to_known(np.arange(len(poses)), poses, loops) == []
+    assert matches_with_known(np.arange(len(poses)), poses, loops) == []
     monkeypatch.setattr(known_places, "_MIN_COVERAGE", 0.0)
-    assert len(ties_to_known(np.arange(len(poses)), poses, loops)) > 0
+    assert len(matches_with_known(np.arange(len(poses)), poses, loops)) > 0

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.mapping.graph.constraint import Constraint
-from racecar.mapping.keyframes.misled_matches import MatchesAlongPath, laid_out_by_wheels
+from racecar.mapping.keyframes.misled_matches import MatchesAlongPath, poses_by_wheels
 from racecar.maps.geometry.se2 import Pose, between, chained, compose
 
 KEYFRAMES, BACK = 300, (1, 2, 4, 7, 11)
@@ -107,7 +107,7 @@ def test_where_scans_are_misled_the_drive_is_laid_out_by_the_wheels() -> None:
     where[100:140] = True
     steps = STEPS.copy()
     steps[100:140, 2] += 0.1
-    laid_out = laid_out_by_wheels(chained(steps), along, where)
+    laid_out = poses_by_wheels(chained(steps), along, where)
     assert np.abs(laid_out[:101] - TRUE[:101]).max() < 1e-9
     assert np.abs(between(laid_out, TRUE)[:, 2]).max() < 0.05
     np.testing.assert_allclose(between(laid_out[:-1], laid_out[1:])[~where], STEPS[~where], atol=1e-9)

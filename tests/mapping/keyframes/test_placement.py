@@ -11,7 +11,7 @@ from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.sensors.motion.calibration import WheelCalibration
 from tests.sensors.worlds import CORRIDOR, ROOM, box, path, store_of
 
-WORTH = WheelCalibration().worth(IDENTITY)
+PRIOR = WheelCalibration().prior(IDENTITY)
 BEFORE = 12
 AHEAD = np.array([0.1, 0.0, 0.0])
 
@@ -21,7 +21,7 @@ def placed_from(
 ) -> tuple[Pose, int]:
     """The last pose (3,) as placed from guesses of its step, seen from the true one; and which guess won."""
     guesses, store = compose(true[-2], np.array(steps)), store_of(walls, true)
-    placer = KeyframePlacer(BEFORE, store, true[:-1], true[-2], WORTH, is_first_doubted=repeats)
+    placer = KeyframePlacer(BEFORE, store, true[:-1], true[-2], PRIOR, is_first_doubted=repeats)
     placed = placer.place(guesses)
     return between(true[-1], placed.pose), placed.guess
 
@@ -59,9 +59,9 @@ def test_a_bare_corridor_goes_on_behind_a_gap_as_far_as_the_wheels_say(
     true = path(np.array([0.4, 0.0, 0.0]), (-60.0, 0.0, 0.0), BEFORE)
     true[-1] = true[-2] + [forward, 0.0, 0.0]
     by_wheels = np.array([forward, aside, turn])
-    worth = WheelCalibration().worth(by_wheels)
+    prior = WheelCalibration().prior(by_wheels)
     store = store_of(CORRIDOR, true, sight=12.0)
-    placer = KeyframePlacer(BEFORE, store, true[:-1], true[-2], worth)
+    placer = KeyframePlacer(BEFORE, store, true[:-1], true[-2], prior)
     placed = placer.place(compose(true[-2], by_wheels)[None], Gap.DRIVEN)
     error = between(true[-1], placed.pose)
     assert abs(error[0]) < 0.2

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.rendering import Rays, render
-from racecar.mapping.session.drawing import DrawnMap, Sights, draw_map
+from racecar.mapping.session.drawing import DrawnMap, Views, draw_map
 from racecar.mapping.session.session import one_drive
 from racecar.maps.geometry.se2 import Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
@@ -18,16 +18,16 @@ MAP_FROM_WORLD = np.array([3.0, -1.0, TURN])
 STORE = store_of(ROOM, PATH)
 
 
-def sights() -> Sights:
+def views() -> Views:
     """Of a room that lies turned in its map; a keyframe in a second."""
     rays = [Rays.to(points, len(points)) for points in (points_at(ROOM, pose) for pose in PATH)]
     poses: Pose = compose(MAP_FROM_WORLD, PATH)
-    return Sights(rays, poses, np.arange(len(PATH), dtype=np.float64), one_drive(len(PATH)), len(PATH))
+    return Views(rays, poses, np.arange(len(PATH), dtype=np.float64), one_drive(len(PATH)), len(PATH))
 
 
 def drawn(rendering: RenderingConfig, *, keep_frame: bool = False) -> DrawnMap:
     with_specks = rendering.model_copy(update={"largest_speck": 0.0})
-    return draw_map(sights(), STORE, RESOLUTION, with_specks, keep_frame=keep_frame)
+    return draw_map(views(), STORE, RESOLUTION, with_specks, keep_frame=keep_frame)
 
 
 def settings(**values: object) -> RenderingConfig:
@@ -44,7 +44,7 @@ def test_by_default_the_frame_is_that_of_the_scans() -> None:
     assert plain.drawn_from_map is None
     assert plain.disregarded == ()
     expected = render(
-        sights().rays, sights().map_from_laser, sights().drives, RESOLUTION, RenderingConfig()
+        views().rays, views().map_from_laser, views().drives, RESOLUTION, RenderingConfig()
     ).in_one_piece()
     np.testing.assert_array_equal(plain.grid.map_from_grid, expected.map_from_grid)
     np.testing.assert_array_equal(plain.grid.cells, expected.cells)
@@ -76,7 +76,7 @@ def test_a_box_is_cut_out_and_shows_what_the_whole_map_shows_there() -> None:
 def test_what_was_driven_is_cut_out() -> None:
     driven = drawn(settings(crop="driven", driven_margin=1.0)).grid
     centres = driven.center_of(np.argwhere(driven.cells != UNKNOWN))
-    path = sights().path
+    path = views().path
     nearest = np.min(np.hypot(*(centres[:, None] - path).transpose(2, 0, 1)), axis=1)
     assert nearest.max() < 1.0 + RESOLUTION
     assert len(centres) > 0.9 * (np.pi + 2.0 * 1.9) / RESOLUTION**2
@@ -88,7 +88,7 @@ def test_the_corner_becomes_the_origin(turn: object) -> None:
     shifted = drawn(settings(turn=turn, origin="corner"))
     np.testing.assert_allclose(shifted.grid.map_from_grid, 0.0, atol=1e-12)
     assert shifted.drawn_from_map is not None
-    x, y = transform_points(shifted.drawn_from_map, sights().path).T
+    x, y = transform_points(shifted.drawn_from_map, views().path).T
     rows, columns = shifted.grid.cell_of(np.column_stack([x, y])).T
     assert np.all(shifted.grid.cells[rows, columns] == drawn(settings(turn=turn)).grid.cells[rows, columns])
 
@@ -103,8 +103,8 @@ def test_scans_of_chosen_times_draw_nothing() -> None:
     last = drawn(settings(left_out=[[0.0, 5.0], [8.0, 18.0]]))
     chosen = [6, 7, 19]
     expected = render(
-        [sights().rays[k] for k in chosen],
-        sights().map_from_laser[chosen],
+        [views().rays[k] for k in chosen],
+        views().map_from_laser[chosen],
         one_drive(len(chosen)),
         RESOLUTION,
         RenderingConfig(),

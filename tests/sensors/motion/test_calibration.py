@@ -132,7 +132,7 @@ def test_few_steps_calibrate_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     unknown = calibrate(1.1 * true, matched(true, rng))
     assert unknown == WheelCalibration()
     np.testing.assert_allclose(unknown.faults.corrected(true), true)
-    np.testing.assert_allclose(np.diag(unknown.worth(IDENTITY)), 0.05**-2.0)
+    np.testing.assert_allclose(np.diag(unknown.prior(IDENTITY)), 0.05**-2.0)
 
 
 def variances(known: WheelCalibration, metres: float) -> NDArray[np.float64]:
