@@ -1,4 +1,4 @@
-"""From a map, scans and odometry to the car's pose: Monte Carlo localization."""
+"""Monte Carlo localization: from a map, scans and odometry to the car's pose."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""The settings of localization."""
+"""Settings of localization."""
 
 from pydantic import Field
 

@@ -1,4 +1,4 @@
-"""The localizer of a live car: odometry and scans in, poses out; the method is `Localizer.add_scan`."""
+"""The localizer: odometry and scans in, poses out; the method is in `Localizer.add_scan`."""
 
 from dataclasses import replace
 from threading import Lock
@@ -27,15 +27,15 @@ from racecar.sensors.yaw_rate import YawRate
 
 
 class Localizer:
-    """Estimates the car's pose on a map; its methods may be called from several threads at once.
+    """Estimates the car's pose on a map; thread-safe.
 
-    `add_odometry`, `add_yaw_rate`, `pose_at` and `particles` do not wait for a scan that is being worked on.
+    `add_odometry`, `add_yaw_rate`, `pose_at` and `particles` do not wait for a scan in progress.
     """
 
     def __init__(self, grid: OccupancyGrid, config: LocalizationConfig, rng: np.random.Generator) -> None:
-        """Surveys the map, which takes a moment on a large one.
+        """Analyzes the map, which takes a moment if it is large.
 
-        Raises UserError when the map has no free space or no walls, or seems to have one for the other.
+        Raises UserError when the map has no free space or no walls, or seems to be inverted.
         """
         self._config, self._lock = config, Lock()
         self._samples = MotionSamples()
@@ -44,21 +44,21 @@ class Localizer:
         self._hypotheses = Hypotheses(grid, config, rng)
         self._hung = HungOdometry(self._motion, self._learning)
         self._published: tuple[PoseEstimate, OdometryReading, OdometryFaults] | None = None
-        """Replaced as a whole by the next scan's, so that readers neither wait nor see two scans mixed."""
+        """Replaced atomically with each scan, so that readers neither wait nor see a mix of two scans."""
         self.frozen_odometry = self._samples.frozen
         """When the odometry repeated a pose while the car moved on."""
 
     def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64] | None = None) -> None:
-        """Start anew about a pose (3,), spread by its covariance (3, 3) or else by the settings.
+        """Restart at a pose (3,), with its covariance (3, 3) or the default one.
 
-        Raises UserError when it is not finite, off the map or far from any place where the car can stand.
+        Raises UserError when it is not finite, off the map or far from free space.
         """
         with self._lock:
             self._hypotheses.start_at(map_from_base, covariance)
             self._learning.start_anew()
 
     def set_position(self, point_in_map: NDArray[np.float64], radius: float) -> None:
-        """Start anew from anywhere within a radius (metres) of a point (2,), facing any way.
+        """Restart within a radius (metres) of a point (2,), at any heading.
 
         Raises UserError when the car cannot stand there, or a number is not finite.
         """
@@ -67,33 +67,33 @@ class Localizer:
             self._learning.start_anew()
 
     def scatter(self) -> None:
-        """Start anew from anywhere on the map."""
+        """Restart anywhere on the map."""
         with self._lock:
             self._hypotheses.start_in(ANYWHERE)
             self._learning.start_anew()
 
     def reconfigure(self, config: LocalizationConfig) -> None:
-        """Take other settings from the next scan on; the estimate goes on from where it is."""
+        """Apply other settings from the next scan on; the estimate continues."""
         with self._lock:
             self._config = self._hypotheses.config = self._motion.config = config
 
     def add_odometry(self, odometry: Odometry) -> None:
-        """Take in a sample of odometry; those out of order are left out."""
+        """Add an odometry sample; those out of order are ignored."""
         self._samples.add_odometry(odometry)
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
-        """Take in a sample of a gyroscope; those out of order are left out."""
+        """Add a gyroscope sample; those out of order are ignored."""
         self._samples.add_yaw_rate(yaw_rate)
 
     def add_scan(self, scan: Scan) -> PoseEstimate:
-        """The pose at a scan's stamp; a scan out of order gives the last scan's pose again."""
+        """Process a scan and return the pose at its stamp; out of order, return the last scan's pose."""
         with self._lock:
             hypotheses = self._hypotheses
             last = None if self._published is None else self._published[0]
             if last is not None and scan.stamp <= last.stamp and not is_set_back(last.stamp, scan.stamp):
                 return replace(last, is_start=False)
 
-            # Predict: particles move as odometry measured; after a gap they start over where it leads.
+            # Predict: move particles by odometry; after a gap they restart where it leads.
             step = self._motion.step_to(scan.stamp)
             scan = self._motion.calibration.turned(scan)
             if last is not None and hypotheses.is_started and step.is_over_gap:
@@ -103,19 +103,19 @@ class Localizer:
                 hypotheses.predict(step, self._learning.slip_scale)
             is_start = not hypotheses.is_started
 
-            # Explain and weigh: the first scan chooses places, of later ones counts what the map explains.
+            # Weight: the first scan selects places; later ones count where the map explains them.
             points = select_points(scan, self._config.beams, self._motion.poses_in_sweep)
             hypotheses.weigh(points)
             went_on = self._hung.follow(scan, step, last, hypotheses)
 
-            # Estimate and contest: the hypothesis that is believed says where the car is, until scans
-            # confirm another one, to whose place the car did not drive from the last.
+            # Estimate and compare: the current hypothesis gives the pose until scans confirm another one that
+            # the car cannot have driven to.
             believed = hypotheses.estimate(points, scan.stamp, step.seconds, is_start or went_on)
             estimate = hypotheses.contest(believed, points, step.seconds)
             if estimate.is_start and not believed.is_start:
                 self._learning.start_anew()
 
-            # Resample, and learn from the estimate how odometry measures.
+            # Resample, and calibrate the odometry by the estimate.
             hypotheses.resample()
             winner = hypotheses.believed
             self._learning.follow(step, winner.particles.lag, estimate, winner.is_known)
@@ -123,7 +123,7 @@ class Localizer:
             return estimate
 
     def pose_at(self, stamp: int) -> PoseEstimate | None:
-        """The last estimate carried to a stamp by odometry, its covariance grown; None before any scan."""
+        """The last estimate propagated to a stamp by odometry, with its covariance; None before any scan."""
         published = self._published
         if published is None:
             return None
@@ -137,19 +137,19 @@ class Localizer:
         )
 
     def particles(self) -> tuple[Pose, NDArray[np.float64]]:
-        """Poses (N, 3) and weights (N,) that sum to 1, as they were after the last scan or start."""
+        """Poses (N, 3) and weights (N,) with sum 1, after the last scan or restart."""
         map_from_base, weights = self._hypotheses.shown
         return map_from_base.copy(), weights.copy()
 
     @property
     def calibration(self) -> OdometryCalibration:
-        """What this car's odometry always gets wrong and how its laser is turned, as learned so far.
+        """Learned systematic errors of the odometry and of the laser's yaw.
 
-        All motion is corrected by the one, all scans by the other.
+        They correct all motion and all scans.
         """
         return self._motion.calibration
 
     @property
     def turn_model(self) -> TurnModel:
-        """What the turns by wheels and gyroscope have proven to be worth so far."""
+        """Learned errors of the turns by wheels and gyroscope."""
         return self._motion.turns.model

@@ -1,4 +1,4 @@
-"""The localizer's estimate of the car's pose."""
+"""The estimate of the car's pose."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose
 
 DOMINANT = 0.9
-"""Weight of a cluster beside which the others do not matter, since one place is then ten times as likely as
-all others. By judgement."""
+"""Weight of a cluster that makes others irrelevant, since one place is then ten times as likely as all
+others. Chosen by judgement."""
 _LOST_FROM = 0.5
-"""Probability of being elsewhere from which the car counts as lost, by definition: more likely lost than
-not."""
+"""Probability of being elsewhere from which the car is lost, by definition: more likely than not."""
 _KNOWN_WITHIN = 0.5
-"""Metres of standard deviation within which the place is known: by judgement, as long as a car."""
+"""Standard deviation in metres of a known position. Chosen by judgement: the length of a car."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,35 +22,35 @@ class PoseEstimate:
     """The pose of the dominant cluster of particles."""
 
     stamp: int
-    """Nanoseconds: of the scan, or the time to which odometry carried the estimate."""
+    """Nanoseconds: of the scan, or to which odometry propagated the estimate."""
     map_from_base: Pose
     covariance: NDArray[np.float64]
     """(3, 3) of x, y (m) and yaw (rad) in the map frame, within the cluster."""
     cluster_weight: float
-    """Share of the probability that lies in the cluster, 0 to 1."""
+    """Probability of the cluster, 0 to 1."""
     effective_sample_size: float
     particle_count: int
     is_start: bool
-    """Whether the pose was searched anew and does not continue the one before."""
+    """Whether the pose comes from a new search and does not continue the last one."""
     lost_probability: float
-    """How likely the car is elsewhere, 0 to 1."""
+    """Probability that the car is elsewhere, 0 to 1."""
     fit: float | None = None
     """How well the scan fits the map there, 0 to 1; None without returns."""
     margin: float | None = None
-    """By how much the log-likelihood of the scans was higher there than anywhere else on the map, at the end
-    of a round of looking at all of it; None in between."""
+    """Difference of the scans' log-likelihood there and at the best other place on the map, at the end of a
+    complete comparison; None in between."""
 
     @property
     def is_lost(self) -> bool:
-        """Whether the car is rather elsewhere."""
+        """Whether the car is probably elsewhere."""
         return self.lost_probability >= _LOST_FROM
 
     @property
     def is_place_known(self) -> bool:
-        """Whether the car is at one place, rather than elsewhere, and that place is known well."""
+        """Whether the car is probably at one well-known position."""
         return self.cluster_weight > DOMINANT and not self.is_lost and self.deviation < _KNOWN_WITHIN
 
     @property
     def deviation(self) -> float:
-        """Metres of standard deviation of the place, over both directions."""
+        """Standard deviation of the position in metres, over both axes."""
         return sqrt(self.covariance[0, 0] + self.covariance[1, 1])

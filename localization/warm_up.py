@@ -1,4 +1,4 @@
-"""Compiling the localizer's kernels, or loading them from numba's cache, before the first scan comes."""
+"""Compile the localizer's kernels, or load them from numba's cache, before the first scan arrives."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,17 +18,17 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
 _STEPS, _SCATTER_AT = 20, 10
-"""Scans in all, and before the map is searched; more than needed, since a kernel runs at the first call."""
+"""Scans in all, and before the map is searched; more than needed, since first calls compile kernels."""
 _START = np.array([2.0, 3.0, 0.0])
 """Metres and radians, where `_room` is open, so that the drive stays in it."""
 _BEARINGS = np.linspace(-2.3, 2.3, 1081)
-"""Radians, as a common sensor has them; any would do, since kernels are compiled for types, not sizes."""
+"""Radians of a common sensor; any would do, since kernels are compiled for types, not sizes."""
 _PERIOD = 25_000_000
-"""Nanoseconds, as a common sensor has it; any would do because nothing depends on it."""
+"""Nanoseconds of a common sensor; any would do because nothing depends on it."""
 
 
 def warm_up(config: LocalizationConfig) -> None:
-    """Track a car through a room, and search for it, so that the first scan is as fast as the rest."""
+    """Track a car through a room and relocalize it, so that the first scan is as fast as later ones."""
     room = _room()
     localizer = Localizer(room, config, np.random.default_rng(0))
     localizer.set_pose(_START)
@@ -43,7 +43,7 @@ def warm_up(config: LocalizationConfig) -> None:
 
 
 def warm_up_filter(config: LocalizationConfig) -> None:
-    """Compile what needs no survey of a map, which a second process can do while the first makes that.
+    """Compile kernels that need no map, which a second process can do while the first analyzes it.
 
     With nothing compiled yet, that nearly halved the start on a quiet machine of two cores: 21.6 s to 11.5 s.
     """

@@ -1,1 +1,1 @@
-"""The particle filter: particles drawn, weighed, clustered and resampled."""
+"""The particle filter: sampling, weighting, clustering and resampling."""

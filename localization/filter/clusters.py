@@ -1,4 +1,4 @@
-"""The heaviest cluster of particles, and its mean and covariance."""
+"""Mean and covariance of the dominant cluster of particles."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,24 +7,24 @@ from racecar.localization.filter.particle_kernels import in_heaviest_block, mome
 from racecar.maps.geometry.se2 import Pose, mean_angle
 
 _SQUARE = 0.5
-"""Metres: side of the squares that are compared for the heaviest place, half of `_RADIUS`, so that a block of
-two by two is within the cluster about its middle."""
+"""Cell size in metres of the histogram that finds the densest place, half of `_RADIUS`, so that a block of
+two by two is within the cluster around its centre."""
 _SECTORS = 8
-"""Parts of the turn by which headings are counted: eighths, so that a block of two is a quarter of the turn,
-which parts a heading from those along a crossing corridor."""
+"""Heading bins: eighths of a turn, so that a block of two is a quarter of a turn, which separates headings
+from those along a crossing corridor."""
 _RADIUS, _HALF_ANGLE = 1.0, 1.0
-"""Metres and radians about that place within which particles belong to its cluster, by judgement, since no
-tracked cloud reaches farther."""
+"""Metres and radians around that place within which particles belong to the cluster. Chosen by judgement,
+since no tracked cloud is wider."""
 _WHOLE = 1.0 - 1e-9
-"""Weight of all particles together: less than 1 because it is rounded."""
+"""Total weight of all particles: below 1 because of rounding."""
 
 
 def cluster_moments(
     map_from_base: Pose, weights: NDArray[np.float64]
 ) -> tuple[Pose, NDArray[np.float64], float]:
-    """Mean (3,), covariance (3, 3) and weight of the heaviest cluster of particles (N, 3).
+    """Mean (3,), covariance (3, 3) and weight of the dominant cluster of particles (N, 3).
 
-    It is searched for only where they are not all near the first of them.
+    The search is skipped if all particles are close to the first one.
     """
     mean, covariance, weight = moments_about(map_from_base[0], map_from_base, weights, _RADIUS, _HALF_ANGLE)
     if weight < _WHOLE:
@@ -34,9 +34,9 @@ def cluster_moments(
 
 
 def _heaviest_place(map_from_base: Pose, weights: NDArray[np.float64]) -> Pose:
-    """Mean (3,) of the particles in the heaviest block of two by two squares and two sectors.
+    """Mean (3,) of the particles in the heaviest block of two by two cells and two heading bins.
 
-    Each particle is in eight blocks, so that it does not matter where squares and sectors end.
+    Each particle is in eight blocks, so that bin boundaries do not matter.
     """
     squares = ((map_from_base[:, :2] - map_from_base[:, :2].min(axis=0)) // _SQUARE).astype(np.int64)
     sectors = (map_from_base[:, 2] // (2.0 * np.pi / _SECTORS)).astype(np.int64) % _SECTORS

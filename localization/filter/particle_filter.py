@@ -1,4 +1,4 @@
-"""The particle filter: predict, weigh, find the dominant cluster, resample."""
+"""The particle filter: predict, weight, find the dominant cluster, resample."""
 
 from math import isfinite
 
@@ -12,32 +12,30 @@ from racecar.localization.odometry.slip import CHANGE_AFTER, changed_slips
 from racecar.maps.geometry.se2 import Pose
 
 _FULL_SLIP = np.ones(2)
-"""Slip scales of a car of whose odometry nothing is known: all of the settings' slip, by definition."""
+"""Slip scales of uncalibrated odometry: the full slip of the settings, by definition."""
 _INDEPENDENT_AFTER = 0.1
-"""Metres plus radians since the last scan after which one counts in full, since what the map has wrong
-disturbs scans taken near each other alike: two cells of a usual map. Measured: where all count in full, a
-quarter of the errors of slow recordings lie outside the 95 % ellipse; with 0.2 more of cars whose wheels tell
-half get lost."""
+"""Metres plus radians since the last scan after which a scan has full weight, since map errors affect nearby
+scans alike: two cells of a usual map. Measured: where all count in full, a quarter of the errors of slow
+recordings lie outside the 95 % ellipse; with 0.2 more of cars whose wheels tell half get lost."""
 _MOST_EVIDENCE = 6.0
-"""Log-likelihood by which one scan counts against a particle at most, because no single scan may rule one
-out. Measured: without that, after a second without odometry a car is elsewhere for three in one of six
-drives."""
+"""Largest log-likelihood of a scan against a particle, because no single scan may rule one out. Measured:
+without that, after a second without odometry a car is elsewhere for three in one of six drives."""
 _INJECTION_INTERVAL = 20
-"""One particle in so many is injected where all of the odometry is wrong. Measured: without that fr079, whose
-odometry counts reversing as driving forward, was lost for minutes."""
+"""One in this many particles is injected for odometry that is entirely wrong. Measured: without that fr079,
+whose odometry counts reversing as driving forward, was lost for minutes."""
 _RESAMPLE_BELOW = 0.5
-"""Share of effective particles below which all are drawn anew: half, as usual, since drawing anew loses
-variety."""
+"""Share of effective particles below which the filter is resampled: half, as usual, since resampling loses
+diversity."""
 
 
 class ParticleFilter:
-    """Weighted guesses of the pose."""
+    """Weighted samples of the pose."""
 
     def __init__(self, map_from_base: Pose, rng: np.random.Generator) -> None:
         self.map_from_base = map_from_base
         """(N, 3)"""
         self.weights = _even_weights(len(map_from_base))
-        """(N,) that sum to 1."""
+        """(N,) weights with sum 1."""
         self._slips = np.zeros((len(map_from_base), 3))
         self._slip_age = np.inf
         self._effort = np.zeros(2)
@@ -48,20 +46,20 @@ class ParticleFilter:
 
     @property
     def effective_size(self) -> float:
-        """How many equally weighted particles these are worth."""
+        """Effective sample size."""
         return float(1.0 / (self.weights @ self.weights))
 
     @property
     def lag(self) -> float:
-        """By how much the car is thought to be behind what its odometry says, see `slip`."""
+        """Estimated lag of the odometry, see `slip`."""
         return float(self.weights @ self._slips[:, 2])
 
     def predict(self, step: MotionStep, slip: float, slip_scale: NDArray[np.float64] = _FULL_SLIP) -> None:
-        """Move all particles by a step, each by its own guess of how that was measured wrongly.
+        """Motion update: move each particle by the step with its own odometry error.
 
-        The guesses of the slip last for a while, so that the filter learns it. Where wheels can slip at all,
-        a few particles are injected as far off as the step is long. ``slip_scale`` (2,), 0 to 1, is the share
-        of ``slip`` that the distances and turns of this car's odometry deserve.
+        Slip persists for a while, so that the filter learns it. Where wheels can slip at all, a few particles
+        are injected with errors as large as the step. ``slip_scale`` (2,), 0 to 1, scales ``slip`` for the
+        distances and turns of this car's odometry.
         """
         if step.travel == 0.0:
             return
@@ -84,29 +82,29 @@ class ParticleFilter:
             self.inject(np.array([distance, distance, turn]))
 
     def inject(self, deviations: Pose) -> None:
-        """Let a few particles take the odometry for all wrong, by deviations (3,) in metres and radians.
+        """Let a few particles ignore the odometry, with deviations (3,) in metres and radians.
 
         Wheels spin, cars bump and are pushed.
         """
         self._disturb(self._few(), deviations)
 
     def propose(self, map_from_base: Pose, covariance: NDArray[np.float64]) -> None:
-        """Let a few particles stand about another opinion (3,) of the place, with its covariance (3, 3).
+        """Move a few particles to another estimate (3,) of the pose, with its covariance (3, 3).
 
-        The next scan weighs them against the rest.
+        The next scan weights them against the rest.
         """
         few = self._few()
         self.map_from_base[few] = map_from_base
         self._disturb(few, np.sqrt(np.diag(covariance)))
 
     def spread(self, deviations: Pose) -> None:
-        """Disturb all particles by deviations (3,) in metres and radians, so that copies of one differ."""
+        """Perturb all particles by deviations (3,) in metres and radians, so that copies differ."""
         self._disturb(slice(None), deviations)
 
     def weigh(self, log_likelihood: NDArray[np.float64], travel: float | None = None) -> None:
-        """Take in how well each particle (N,) explains a scan so many metres plus radians after the last.
+        """Measurement update with the log-likelihood (N,) of a scan, ``travel`` metres plus radians later.
 
-        It counts by how far that is, and by a bound; a first scan, which has no last, counts in full.
+        Its weight grows with the travel and is bounded; a first scan, without travel, has full weight.
         """
         gain = log_likelihood - log_likelihood.max()
         if travel is not None:
@@ -115,11 +113,11 @@ class ParticleFilter:
         self.weights = weights / weights.sum()
 
     def moments(self) -> tuple[Pose, NDArray[np.float64], float]:
-        """Mean (3,), covariance (3, 3) and weight of the heaviest cluster."""
+        """Mean (3,), covariance (3, 3) and weight of the dominant cluster."""
         return cluster_moments(self.map_from_base, self.weights)
 
     def resample(self, count: int) -> None:
-        """Draw so many particles anew when too few are effective, or there are more."""
+        """Resample to ``count`` particles if too few are effective or there are more."""
         if self.effective_size >= _RESAMPLE_BELOW * len(self) and len(self) <= count:
             return
         chosen = systematic_resample(self.weights, count, self._rng)
@@ -128,7 +126,7 @@ class ParticleFilter:
         self.weights = _even_weights(count)
 
     def _few(self) -> slice:
-        """Drawn anew, so that each particle has its turn."""
+        """A random subset, so that all particles take turns."""
         return slice(self._rng.integers(_INJECTION_INTERVAL), None, _INJECTION_INTERVAL)
 
     def _disturb(self, which: slice, deviations: Pose) -> None:
@@ -139,12 +137,12 @@ class ParticleFilter:
 def systematic_resample(
     weights: NDArray[np.float64], count: int, rng: np.random.Generator
 ) -> NDArray[np.int64]:
-    """Indices (count,) into weights (N,) that sum to 1, ascending.
+    """Indices (count,) into weights (N,) with sum 1, ascending.
 
-    One random number for all (low variance): a particle of weight w is taken floor or ceil of w·count times.
+    A single random number (low variance): a particle of weight w is taken floor or ceil of w·count times.
     """
     taken = np.minimum(np.ceil(np.cumsum(weights) * count - rng.random()), count).astype(np.int64)
-    taken[-1] = count  # the sum is rounded
+    taken[-1] = count  # rounding of the sum
     return np.repeat(np.arange(len(weights)), taken - np.append(0, taken[:-1]))
 
 

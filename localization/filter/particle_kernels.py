@@ -1,4 +1,4 @@
-"""The loops over the particles that each scan needs."""
+"""Loops over the particles for each scan."""
 
 import math
 
@@ -19,9 +19,9 @@ def move_particles(
     deviations: Pose,
     noise: NDArray[np.float32],
 ) -> Pose:
-    """Particles (N, 3) moved by an increment (3,), by slips (N, 3) of distance, turn and lag.
+    """Particles (N, 3) moved by an increment (3,), with slips (N, 3) of distance, turn and lag.
 
-    To each increment comes noise (N, 3) of variance 1 times deviations (3,).
+    Each increment has added noise (N, 3) of unit variance, scaled by deviations (3,).
     """
     measured_forward, measured_left, measured_turn = base_from_next_base
     behind_forward, behind_left, behind_turn = behind
@@ -43,7 +43,7 @@ def move_particles(
 def moments_about(
     center: Pose, map_from_base: Pose, weights: NDArray[np.float64], radius: float, half_angle: float
 ) -> tuple[Pose, NDArray[np.float64], float]:
-    """Mean (3,), covariance (3, 3) and weight of the particles (N, 3) near a pose (3,); nan of none."""
+    """Mean (3,), covariance (3, 3) and weight of particles (N, 3) near a pose (3,); nan if there are none."""
     total, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
     for i in range(len(weights)):
         x, y = map_from_base[i, 0] - center[0], map_from_base[i, 1] - center[1]
@@ -65,12 +65,12 @@ def moments_about(
 def in_heaviest_block(
     squares: NDArray[np.int64], sectors: NDArray[np.int64], turn: int, weights: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """(N,) which particles are in the block of two by two squares and two sectors that weighs most.
+    """(N,) particles in the heaviest block of two by two squares and two sectors.
 
-    Squares (N, 2) count from 0, sectors (N,) are so many to a ``turn``; the first of two is beside the last.
+    Squares (N, 2) count from 0; sectors (N,) are cyclic with ``turn`` of them.
     """
     columns, rows = squares[:, 0].max() + 2, squares[:, 1].max() + 2
-    blocks = np.zeros((columns, rows, turn))  # named by their second squares and sectors
+    blocks = np.zeros((columns, rows, turn))  # indexed by the second square and sector
     for i in range(len(weights)):
         x, y = squares[i]
         for before in range(2):

@@ -1,4 +1,4 @@
-"""Where the car may be before any scan."""
+"""Initial distributions of the pose."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 
 _BEYOND_ANY_MAP = 1e9
-"""Metres, square metres or radians: a mistake, since no map is a million kilometres wide."""
+"""Metres, square metres or radians: an error, since no map is a million kilometres wide."""
 
 
 def draw_start(
@@ -19,10 +19,10 @@ def draw_start(
     config: LocalizationConfig,
     rng: np.random.Generator,
 ) -> Pose:
-    """(N, 3) particles about a start pose (3,), on free space only, spread by its covariance (3, 3).
+    """(N, 3) particles around a start pose (3,), in free space only, with its covariance (3, 3).
 
-    Without a covariance the settings say how wide. Raises UserError when the pose is not finite, off the
-    map or far from free space, or the covariance is not one.
+    The default spread is that of the settings. Raises UserError when the pose is not finite, off the map or
+    far from free space, or the covariance is invalid.
     """
     pose = np.asarray(map_from_base, dtype=np.float64)
     if pose.shape != (3,) or not np.all(np.abs(pose) < _BEYOND_ANY_MAP):
@@ -44,9 +44,9 @@ def draw_start(
 
 
 def region_about(point_in_map: NDArray[np.float64], radius: float, free_space: FreeSpace) -> Region:
-    """What is no farther than a radius from a point (2,).
+    """The circle around a point (2,).
 
-    Raises UserError when the car cannot stand there or these are not finite numbers.
+    Raises UserError when the car cannot stand there or a number is not finite.
     """
     point = np.asarray(point_in_map, dtype=np.float64)
     if point.shape != (2,) or not np.all(np.abs(point) < _BEYOND_ANY_MAP) or not 0 < radius < _BEYOND_ANY_MAP:
@@ -61,14 +61,14 @@ def region_about(point_in_map: NDArray[np.float64], radius: float, free_space: F
 
 
 def draw_about(map_from_base: Pose, count: int, config: LocalizationConfig, rng: np.random.Generator) -> Pose:
-    """(count, 3) particles spread normally about a pose (3,)."""
+    """(count, 3) particles drawn from a normal distribution around a pose (3,)."""
     spread = [config.start_spread, config.start_spread, config.start_heading_spread]
     drawn: Pose = map_from_base + spread * rng.standard_normal((count, 3))
     return drawn
 
 
 def _root_of(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3, 3) that times its transpose is the covariance (3, 3); of one axis it may say nothing (0)."""
+    """(3, 3) matrix square root of a positive semi-definite covariance (3, 3), which may have zero axes."""
     matrix = np.asarray(covariance, dtype=np.float64)
     if matrix.shape == (3, 3) and np.all(np.abs(matrix) < _BEYOND_ANY_MAP):
         variances, axes = np.linalg.eigh(0.5 * (matrix + matrix.T))

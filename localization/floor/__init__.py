@@ -1,1 +1,1 @@
-"""The map as the filter uses it: where the car can be, and how far the walls are."""
+"""The map as the filter uses it: free space and distances to walls."""

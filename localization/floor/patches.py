@@ -1,7 +1,7 @@
-"""Patches of a map, labelled cell by cell, a strip of rows at a time.
+"""Connected patches of a map, processed in strips of rows.
 
-NumPy takes eight bytes for each cell that it counts or looks up; on a map of 9000 by 9000 cells that would be
-650 MB a time.
+NumPy takes eight bytes per cell that it counts or looks up; on a map of 9000 by 9000 cells, that would be 650
+MB at a time.
 """
 
 from collections.abc import Iterator
@@ -11,20 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 _CELLS = 4_000_000
-"""Of a strip, because 32 MB of memory for them are nothing beside the map."""
+"""Cells of a strip, because 32 MB of memory are negligible compared with the map."""
 
 _Value = TypeVar("_Value", bound=np.generic)
 
 
 def strips(shape: tuple[int, ...], multiple: int = 1) -> Iterator[slice]:
-    """The rows of an array, some at a time; each strip but the last has a ``multiple`` of rows."""
+    """Row ranges of an array; each strip but the last is a ``multiple`` of rows."""
     rows = max(multiple, _CELLS // max(shape[1], 1) // multiple * multiple)
     for first in range(0, shape[0], rows):
         yield slice(first, min(first + rows, shape[0]))
 
 
 def patch_sizes(labels: NDArray[Any], count: int) -> NDArray[np.int64]:
-    """(count + 1,) how many cells have each label of 0 to ``count``."""
+    """(count + 1,) number of cells per label, 0 to ``count``."""
     sizes = np.zeros(count + 1, dtype=np.int64)
     for rows in strips(labels.shape):
         sizes += np.bincount(labels[rows].ravel(), minlength=count + 1)
@@ -32,7 +32,7 @@ def patch_sizes(labels: NDArray[Any], count: int) -> NDArray[np.int64]:
 
 
 def spread(values: NDArray[_Value], labels: NDArray[Any]) -> NDArray[_Value]:
-    """(rows, columns) for each cell the value (count + 1,) of its label."""
+    """(rows, columns) value (count + 1,) of each cell's label."""
     spread_out = np.empty(labels.shape, dtype=values.dtype)
     for rows in strips(labels.shape):
         spread_out[rows] = values[labels[rows]]

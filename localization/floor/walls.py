@@ -1,4 +1,4 @@
-"""How far it is to the nearest wall."""
+"""Distance to the nearest wall."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,8 +8,8 @@ from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 
 WallField = tuple[Pose, NDArray[np.float32], float, float]
-"""For kernels: ``map_from_grid`` (3,), metres to the centre of the nearest occupied cell (rows, columns),
-cells a metre, and metres that the surface of walls lies before that centre."""
+"""Argument of kernels: ``map_from_grid`` (3,), metres to the centre of the nearest occupied cell (rows,
+columns), cells per metre, and metres from a wall's surface to that centre."""
 
 
 class Walls:
@@ -17,10 +17,10 @@ class Walls:
 
     def __init__(self, grid: OccupancyGrid) -> None:
         self.grid = grid
-        self._map_from_grid = np.array(grid.map_from_grid)  # numba would compile again for a read-only one
+        self._map_from_grid = np.array(grid.map_from_grid)  # numba would recompile for a read-only array
         self.distances = distance_to_occupied(grid)
         """(rows, columns) metres from a cell's centre to that of the nearest occupied cell."""
 
     def field(self, surface: float) -> WallField:
-        """Of walls whose surface lies so many metres before the centres of their cells."""
+        """The field of walls whose surface is ``surface`` metres before the centres of their cells."""
         return self._map_from_grid, self.distances, 1.0 / self.grid.resolution, surface

@@ -1,1 +1,1 @@
-"""Finding the car again: is it lost, where else could it be, and which hypothesis wins."""
+"""Recovery: detect that the car is lost, search for other places, and choose between hypotheses."""

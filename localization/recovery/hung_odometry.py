@@ -1,8 +1,7 @@
-"""Does the car stand, or does its odometry hang? Odometry that repeats one pose may mean either.
+"""Decide whether the car stands still or its odometry hangs, when it repeats one pose.
 
-While it does, the car is followed a second time as if nothing measured its motion: from scan to scan at the
-speed that it had, each time aligned with the walls. Where this track goes away, the scans decide between it
-and where the car would stand.
+Meanwhile a second track assumes that nothing measures motion: constant velocity from scan to scan, aligned
+with the walls each time. When it moves away, scans decide between it and the standing pose.
 """
 
 import numpy as np
@@ -20,37 +19,36 @@ from racecar.maps.geometry.se2 import Pose, are_apart, between, compose
 from racecar.sensors.scan import Scan
 
 _APART = (0.1, 0.05)
-"""Metres and radians from where the car would stand, beyond which scans can decide which is right, since that
-is some times the error of either. By judgement."""
+"""Metres and radians from the standing pose beyond which scans can decide, since that is some times the error
+of either. Chosen by judgement."""
 _LEAST_SPEED = 0.1
-"""Metres or radians per second below which a better fit does not count, since a car whose wheels locked
-stands in the end, a little farther on. By judgement."""
+"""Metres or radians per second below which a better fit does not count, since a car with locked wheels ends
+up standing slightly farther on. Chosen by judgement."""
 _SCANS_PER_SECOND = 2.0
-"""Whose log-likelihoods count, since those of a moment err alike. By judgement."""
+"""Log-likelihoods counted per second; those of one moment have correlated errors. Chosen by judgement."""
 _LARGEST_RATE = 30.0
-"""Log-odds that a second may bring at most, so that a third of a second decides if all is clear. By
-judgement."""
+"""Maximum log-odds per second, so that a third of a second decides in clear cases. Chosen by judgement."""
 _WINNING_LOG_ODDS = 10.0
-"""Over a car that stands, 20 000 to 1, since to leave out odometry that is right costs more than to wait. By
-judgement."""
+"""Log-odds over a standing car, 20 000 to 1, since discarding right odometry costs more than waiting. Chosen
+by judgement."""
 
 
 class HungOdometry:
-    """Follows the car as if it moved, from when its odometry begins to repeat one pose."""
+    """Tracks the car as if it moved, from when its odometry begins to repeat one pose."""
 
     def __init__(self, source: MotionSource, learning: OdometryLearning) -> None:
-        """Odometry that has proven to hang is left out from both."""
+        """Odometry proven to hang is discarded from both arguments."""
         self._source, self._learning = source, learning
         self._rival: MovingRival | None = None
 
     def follow(self, scan: Scan, step: MotionStep, last: PoseEstimate | None, hypotheses: Hypotheses) -> bool:
-        """Whether the car is proven to have moved on; what is believed then goes on from there.
+        """Whether the car is proven to have moved; the hypothesis then continues there.
 
-        Scans come with the step and the estimate before them.
+        Called with each scan, and the step and the estimate before it.
         """
         rival, is_known = self._rival, hypotheses.believed.is_known
         if last is None or step.is_over_gap or not self._source.samples.repeats(scan.stamp):
-            rival = None  # in a gap the car may have been carried, whatever its odometry does
+            rival = None  # in a gap the car may have been carried, whatever its odometry reports
         elif is_known and (rival is None or rival.has_failed):
             rival = MovingRival(last, self._source.speed)
         self._rival = rival
@@ -71,17 +69,17 @@ class HungOdometry:
 
 
 class MovingRival:
-    """The track of a car whose odometry hangs."""
+    """The track of a moving car whose odometry hangs."""
 
     def __init__(self, last: PoseEstimate, speed: Pose) -> None:
-        """It starts at the last estimate before, at a speed (3,) per second."""
+        """Starts at the last estimate before it, with a velocity (3,) per second."""
         self.map_from_base = self._start = last.map_from_base
         self.speed = speed
         self._covariance = last.covariance
         self._log_odds = 0.0
 
     def follow(self, seconds: float, points: EndPoints, perception: Perception) -> None:
-        """Take in a scan so many seconds after the last."""
+        """Add a scan ``seconds`` after the last."""
         predicted = compose(self.map_from_base, self.speed * seconds)
         aligned = perception.aligned(predicted, self._covariance, points)
         measured = between(self.map_from_base, aligned) / max(seconds, 1e-3)
@@ -97,10 +95,10 @@ class MovingRival:
 
     @property
     def has_won(self) -> bool:
-        """Whether the car moves, by all evidence."""
+        """Whether the evidence proves that the car moves."""
         return self._log_odds >= _WINNING_LOG_ODDS
 
     @property
     def has_failed(self) -> bool:
-        """Whether it does not as this track has it."""
+        """Whether the evidence is against this track."""
         return self._log_odds <= -_WINNING_LOG_ODDS

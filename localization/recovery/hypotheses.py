@@ -1,8 +1,8 @@
-"""Where the car may be: the hypothesis that is believed, and another while that one is in doubt.
+"""Hypotheses of the car's pose: the current one, and an alternative while that one is in doubt.
 
-Another is born while the believed one seems lost: the map is searched for where the scan fits. Scans judge
-both by how they fit the map, and which of the two better, and the one wins that they confirm first. The other
-goes when the first is confirmed, or when it seems lost too after its trial; then the map is searched again.
+When the current one seems lost, the alternative is searched for on the whole map. Scans judge each by its fit
+to the map, and both against each other; the first to be confirmed wins. The alternative is dropped when the
+current one is confirmed, or when it seems lost too after its trial; then the map is searched again.
 """
 
 from dataclasses import replace
@@ -25,87 +25,87 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 
 _NEWS_AFTER = 0.02
-"""Metres plus radians of motion after which a scan counts, since those of a car that stands repeat
-themselves: counted as independent they would narrow the cloud to a point. By judgement."""
+"""Metres plus radians of motion after which a scan counts, since scans of a standing car repeat themselves:
+counted as independent they would narrow the cloud to a point. Chosen by judgement."""
 _LOOK_AGAIN_AFTER = 0.5
-"""Seconds after which a scan counts although the wheels stand, since the car may be sliding or pushed. By
-judgement."""
+"""Seconds after which a scan counts although the wheels stand still, since the car may be sliding or pushed.
+Chosen by judgement."""
 _UNNOTICED = 0.005
-"""Metres of travel that such a scan counts as: few, since it repeats the last. Measured: with 0.02 the
-cloud of a car that stands for a minute narrows by half."""
+"""Metres of travel assigned to such a scan: few, since it repeats the last. Measured: with 0.02 the cloud of
+a car that stands for a minute narrows by half."""
 _PUSHED = np.array([0.1, 0.1, 0.05])
-"""(3,) metres and radians by which a few particles may have moved meanwhile, since somebody may push a car
-whose wheels stand. By judgement."""
+"""(3,) metres and radians by which a few particles may have moved meanwhile, since a car may be pushed while
+its wheels stand still. Chosen by judgement."""
 _FIRST_SCAN_SHARE = 0.25
-"""Of a first scan's log-likelihood, that counts about a given pose, because where the map has changed,
-another place fits better (measured: up to 1.4 m away), which only driving refutes."""
+"""Weight of the first scan's log-likelihood around a given pose, because where the map has changed, another
+place fits better (measured: up to 1.4 m away), which only driving refutes."""
 _FIRST_SCAN_SPREAD = np.array([0.05, 0.05, 0.02])
-"""(3,) metres and radians by which the particles that a first scan leaves are spread, about the width of its
+"""(3,) metres and radians by which particles are spread after the first scan, about the width of its
 likelihood, since they are copies of few (Musso, Oudjane and Le Gland: Improving regularised particle filters,
 2001). Without that, a start whose laser is covered after a fifth of a second was carried on half a dozen
 times worse by odometry."""
 _SEARCH_FROM = 0.7
-"""Probability of being lost from which the map is searched: more than even, since a search takes longer
-than a scan. Tried on recordings."""
+"""Probability of being lost from which the map is searched: more than even, since a search takes longer than
+a scan. Tried on recordings."""
 CONFIRMED_BELOW = 0.02
-"""Probability of being lost below which the car is taken to be there, since the first hypothesis that comes
-to this wins: 50 to 1. By judgement."""
+"""Probability of being lost below which a hypothesis is confirmed, since the first to reach it wins: 50 to 1.
+Chosen by judgement."""
 _BETTER = 2.0
-"""Log-likelihood by which a scan must fit better elsewhere to speak against the place: by judgement, more
-than people and moved things that a scan meets by chance do to it."""
+"""Log-likelihood by which a scan must fit better elsewhere to count against the current place. Chosen by
+judgement: more than people and moved things cause by chance."""
 
 
 class Hypotheses:
-    """The clouds of particles, taken together from scan to scan."""
+    """The particle clouds of all hypotheses."""
 
     def __init__(self, grid: OccupancyGrid, config: LocalizationConfig, rng: np.random.Generator) -> None:
-        """The car may be anywhere on a map, which is surveyed; raises UserError as `Perception` does."""
+        """Starts anywhere on the map, which is analyzed; raises UserError as `Perception` does."""
         self._rng = rng
         self.config = config
         self.perception = Perception(grid)
         self.is_started = False
-        """Whether a scan came since the start."""
+        """Whether there was a scan since the start."""
         self.shown: tuple[Pose, NDArray[np.float64]]
-        """Poses (N, 3) and weights (N,) of what is believed, as they were after the last scan or start."""
+        """Poses (N, 3) and weights (N,) of the current hypothesis after the last scan or start."""
         self._travel = self._seconds = 0.0
-        """Since the scan that was weighed last."""
+        """Since the last weighted scan."""
         self._sought: Region | None = None
-        """Where the first scan is sought; None where it chooses among the particles."""
+        """Region to search with the first scan; None if it weights the particles."""
         self.believed = PoseHypothesis(self._cloud(np.zeros((1, 3))), PlaceJudge(), 0)
         self._other: PoseHypothesis | None = None
         self._lookout = Lookout()
         self._news_seconds = 0.0
-        """Of the scan at hand; 0 where it is no news."""
+        """Time since the last counted scan; 0 if the present one does not count."""
         self.start_in(ANYWHERE)
 
     def start_at(self, map_from_base: Pose, covariance: NDArray[np.float64] | None) -> None:
-        """Start anew at a pose (3,) that somebody gave, who may be mistaken: see `draw_start`."""
+        """Restart at a given pose (3,), which may be slightly wrong: see `draw_start`."""
         free_space = self.perception.free_space
         self._start_from(draw_start(map_from_base, covariance, free_space, self.config, self._rng))
 
     def start_within(self, point_in_map: NDArray[np.float64], radius: float) -> None:
-        """Start anew within a radius of a point (2,) that somebody gave, likewise: see `region_about`."""
+        """Restart within a radius of a given point (2,), likewise: see `region_about`."""
         self.start_in(region_about(point_in_map, radius, self.perception.free_space))
 
     def start_about(self, map_from_base: Pose) -> None:
-        """Start anew about a pose (3,), on free space or not."""
+        """Restart around a pose (3,), in free space or not."""
         self._start_from(draw_about(map_from_base, self.config.particles, self.config, self._rng))
 
     def start_in(self, region: Region) -> None:
-        """Start anew from anywhere in a region, which is searched when the next scan comes."""
+        """Restart anywhere in a region, which is searched with the next scan."""
         free_space = self.perception.free_space.within(region)
         self._start_from(free_space.draw_poses(self.config.scattered_particles, self._rng))
         self._sought = region
 
     def go_on_about(self, map_from_base: Pose) -> None:
-        """What is believed goes on about another pose (3,), as unsure as of a car that was pushed."""
+        """Continue the current hypothesis around another pose (3,), as uncertain as after a push."""
         noise = self._rng.standard_normal((self.config.particles, 3))
         self.believed.particles = self._cloud(map_from_base + _PUSHED * noise)
 
     def predict(self, step: MotionStep, slip_scale: Pose) -> None:
-        """Move the particles by what odometry measured, or what the car is taken to have done.
+        """Move the particles by the measured or assumed motion of the car.
 
-        It has proven right, and deserves less slip (2,), only from the place that is in doubt now.
+        Less slip (2,) is only for the current hypothesis, whose poses have calibrated the odometry.
         """
         self.believed.particles.predict(step, self.config.slip, slip_scale)
         if self._other is not None:
@@ -114,7 +114,7 @@ class Hypotheses:
         self._seconds += step.seconds
 
     def weigh(self, points: EndPoints) -> None:
-        """Take in a scan, if it has points and is news."""
+        """Add a scan, if it has points and counts."""
         self._news_seconds = 0.0
         if len(points) == 0:
             return
@@ -130,11 +130,11 @@ class Hypotheses:
         self._travel = self._seconds = 0.0
 
     def estimate(self, points: EndPoints, stamp: int, seconds: float, is_start: bool) -> PoseEstimate:
-        """Where the hypothesis that is believed has the car."""
+        """The estimate of the current hypothesis."""
         return self.believed.estimate(points, stamp, seconds, is_start, self.perception)
 
     def contest(self, estimate: PoseEstimate, points: EndPoints, seconds: float) -> PoseEstimate:
-        """The estimate of the hypothesis that is believed, or of the other, which is from now on."""
+        """The estimate of the winner, which is the current hypothesis from now on."""
         if estimate.fit is None:
             return estimate
         estimate = self._looked_out(estimate, points, seconds)
@@ -155,13 +155,13 @@ class Hypotheses:
         return estimate
 
     def resample(self) -> None:
-        """Draw particles anew where it is time."""
+        """Resample the particles of all hypotheses where needed."""
         for each in self._all:
             each.resample(self.config)
         self._show()
 
     def _looked_out(self, estimate: PoseEstimate, points: EndPoints, seconds: float) -> PoseEstimate:
-        """The estimate of what is believed, compared with a part of the map where the scan is news."""
+        """The estimate of the current hypothesis, compared with a part of the map if the scan counts."""
         if not self.believed.is_known or estimate.is_start:
             self._lookout.start_anew()
             return estimate
@@ -183,7 +183,7 @@ class Hypotheses:
         points: EndPoints,
         seconds: float,
     ) -> None:
-        """Let a scan decide between two hypotheses that lie at one place each."""
+        """Compare two hypotheses by a scan, if each is at one place."""
         if first.is_known and second.is_known:
             poses = np.stack([here.map_from_base, there.map_from_base])
             by_first, by_second = self.perception.log_likelihood(poses, points).tolist()
@@ -195,7 +195,7 @@ class Hypotheses:
         return [self.believed] if self._other is None else [self.believed, self._other]
 
     def _start_from(self, map_from_base: Pose) -> None:
-        """Start anew from poses (N, 3), of which the next scan chooses."""
+        """Restart from poses (N, 3), among which the next scan selects."""
         self.believed = PoseHypothesis(self._cloud(map_from_base), self.believed.judge.for_another_place(), 0)
         self._other = None
         self._lookout.start_anew()
@@ -204,11 +204,11 @@ class Hypotheses:
         self._show()
 
     def _show(self) -> None:
-        """Replaced as a whole, so that readers neither wait nor see two scans mixed."""
+        """Replaced atomically, so that readers neither wait nor see a mix of two scans."""
         self.shown = self.believed.particles.map_from_base, self.believed.particles.weights
 
     def _is_news(self) -> bool:
-        """Whether a scan counts: the car has moved, or may have been moved unnoticed in the meantime."""
+        """Whether a scan counts: the car has moved, or may have been moved unnoticed."""
         if self._travel >= _NEWS_AFTER:
             return True
         if self._seconds < _LOOK_AGAIN_AFTER:
@@ -217,7 +217,7 @@ class Hypotheses:
         return True
 
     def _begin(self, points: EndPoints) -> None:
-        """Take in a first scan, which chooses the places to start from."""
+        """Add the first scan, which selects the start poses."""
         self.is_started = True
         if self._sought is not None:
             self.believed.particles = self._search(points, self._sought)
@@ -226,13 +226,13 @@ class Hypotheses:
             self.believed.particles = self._chosen(given, points, _FIRST_SCAN_SHARE)
 
     def _search(self, points: EndPoints, region: Region = ANYWHERE) -> ParticleFilter:
-        """Particles where in a region a scan fits."""
+        """Particles where a scan fits within a region."""
         count, places = self.config.scattered_particles, self.perception.places
         found = places.find(points, count, self._rng, region)
         return self._chosen(found, points, share=1.0)
 
     def _chosen(self, map_from_base: Pose, points: EndPoints, share: float) -> ParticleFilter:
-        """Particles among poses (N, 3), by a share of a scan's log-likelihood."""
+        """Particles resampled from poses (N, 3) by a share of a scan's log-likelihood."""
         particles = self._cloud(map_from_base)
         particles.weigh(share * self.perception.log_likelihood(map_from_base, points))
         particles.resample(self.config.particles)

@@ -1,9 +1,8 @@
-"""Looking out for places that scans fit better than where the car is taken to be.
+"""Compare scans with the rest of the map, to detect places that fit better than the current one.
 
-Again and again a part of the map is looked at, so that a round over all of it takes some seconds. On the
-right map hardly any scan fits notably better elsewhere, even where much has changed; on a wrong one nearly
-all do, each at another place, and so do those of a car that was carried off. Along a corridor without doors
-they fit elsewhere as well, but not better.
+A part of the map is checked at a time, the whole map within some seconds. On the right map hardly any scan
+fits notably better elsewhere, even where much has changed. On a wrong map nearly all do, each at another
+place; so do those of a kidnapped car. In a corridor without doors they fit elsewhere as well, but not better.
 """
 
 from dataclasses import dataclass
@@ -17,47 +16,47 @@ from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import Pose
 
 _PLACES_PER_SECOND = 4_000
-"""That are looked at, so that a round takes a second on a floor of 640 m², and a hundredth of a core."""
+"""Places checked per second, so that a round takes a second on 640 m², and a hundredth of a core."""
 _EVERY, _LONGEST = 0.05, 1.0
-"""Seconds between looks, since those of faster lasers say no more than those of usual ones; and for which one
-looks at most, so that none takes long after a pause."""
+"""Seconds between checks, since scans of faster lasers add no information; and the most time that one covers,
+so that none takes long after a pause."""
 _APART = 1.0
-"""Metres; what is nearer is the same place. By judgement: twice what an alignment may move."""
+"""Metres within which places are the same. Chosen by judgement: twice the largest move of an alignment."""
 _ALIGNED = 2
-"""Places of each part, those that fit best, at which the scan is laid on the walls. Measured: with 6,
-and with more places, no verdict on right and wrong maps differs."""
+"""Best places of each part at which the scan is aligned with walls. Measured: with 6, and with more places,
+no verdict on right and wrong maps differs."""
 _SPREAD = np.diag([0.04, 0.04, 0.01])
-"""(3, 3) of such a place: by judgement, half the way to the next, in metres and radians, squared."""
+"""(3, 3) covariance of such a place. Chosen by judgement: half the spacing, squared, in m² and rad²."""
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What a scan says of a part of the map."""
+    """Comparison of a scan with a part of the map."""
 
     seconds: float
-    """Since the last look."""
+    """Seconds since the last comparison."""
     margin: float
-    """By how much its log-likelihood is higher at the place that the part is compared with."""
+    """Log-likelihood at the current place minus the best in this part."""
     whole_margin: float | None
-    """At the end of a round, the least of all parts."""
+    """Smallest margin of all parts, at the end of a round."""
 
 
 class Lookout:
-    """Compares scans with all of the map, a part at a time."""
+    """Compares scans with the whole map, a part at a time."""
 
     def __init__(self) -> None:
         self.start_anew()
 
     def start_anew(self) -> None:
-        """What was seen so far was compared with another place."""
+        """Discard comparisons with another current place."""
         self._looked_at = self._seconds = 0.0
         self._least = inf
 
     def look(
         self, map_from_base: Pose, points: EndPoints, seconds: float, perception: Perception
     ) -> Look | None:
-        """Compare a scan at a pose (3,), so many seconds after the last, with a part of the map, if it is
-        time."""
+        """If due, compare a scan at a pose (3,), ``seconds`` after the last, with the next part of the
+        map."""
         self._seconds += seconds
         if self._seconds < _EVERY:
             return None
@@ -77,7 +76,7 @@ class Lookout:
 
     @staticmethod
     def _elsewhere(map_from_base: Pose, points: EndPoints, part: slice, perception: Perception) -> Pose:
-        """(M, 3) where the scan, laid on the walls, fits best in a part of the map that is not here."""
+        """(M, 3) best poses in a part of the map away from the current place, aligned with the walls."""
         point = map_from_base[:2]
         found = perception.places.best_elsewhere(part, points, point, _APART, _ALIGNED)
         aligned: Pose = np.empty_like(found)

@@ -1,4 +1,4 @@
-"""What scans say of places on a map."""
+"""The measurement model: evaluate scans at poses on the map."""
 
 from math import sqrt
 
@@ -18,32 +18,32 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
 
 _ASKED = 40
-"""Particles of a cloud from which each point is looked at. By judgement: a share among 40 is known to 8 %."""
+"""Particles of a cloud that test each point. Chosen by judgement: a share among 40 is known to 8 %."""
 _EXPLAINED = 0.8
-"""Mean fit of a point from those, below which it is left out. Measured: with 0.7 moved furniture draws the
+"""Mean fit of a point at these, below which it is left out. Measured: with 0.7 moved furniture draws the
 cloud aside by a quarter more, without it three times as much."""
 _SPREADS = 2.0
-"""Standard deviations of the cloud by which points may be farther from walls, as the usual gate of 95 % has
-it: what tells where in a bend the car is lies off the walls while that is in doubt. Measured: without that a
-car with a gyroscope, whose wheels know no turns, is lost in bends ten times as far."""
+"""Standard deviations of the cloud that extend the tolerance of points, the usual gate of 95 %: while the
+position along a bend is uncertain, the points that show it are off the walls. Measured: without that a car
+with a gyroscope, whose wheels know no turns, is lost in bends ten times as far."""
 _FEWEST_LEFT = 0.3
-"""Share of the points that must be left, or none is left out: by judgement, as a cloud that has gone astray
-is not to choose what suits it."""
+"""Share of points that must remain, or none is left out. Chosen by judgement, as a cloud that has gone astray
+must not select the points that suit it."""
 _INVERTED_WALL_SHARE = 0.9
-"""Of the known cells, from which a map may be one whose colours mean the opposite. Measured: the walls of
-nine maps of ours and of others take 0.01 to 0.07, and 0.97 to 0.995 when inverted."""
+"""Share of walls among known cells from which a map may be inverted. Measured: the walls of nine maps of ours
+and of others take 0.01 to 0.07, and 0.97 to 0.995 when inverted."""
 _INVERTED_WIDTH = 0.8
-"""Metres; such a map is refused where its floor is nowhere wider. Measured: inverted, the walls of those nine
+"""Metres; such a map is rejected if its floor is nowhere wider. Measured: inverted, the walls of those nine
 are 0.1 to 0.6 m wide at most, while their floors are wider than 2.7 m somewhere."""
 
 
 class Perception:
-    """What is derived from a map before the first scan comes, and learned of its walls from scans."""
+    """Precomputed fields of a map, and the wall surface learned from scans."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
         """Takes a moment on a large map.
 
-        Raises UserError when the map has no free space or no walls, or seems to have one for the other.
+        Raises UserError when the map has no free space or no walls, or seems to be inverted.
         """
         refuse_empty(grid)
         self.walls = Walls(grid)
@@ -54,36 +54,36 @@ class Perception:
         self._surface = WallSurface(self.walls)
 
     def log_likelihood(self, map_from_base: Pose, points: EndPoints) -> NDArray[np.float64]:
-        """(N,) of a scan from each of the poses (N, 3)."""
+        """(N,) log-likelihood of a scan at poses (N, 3)."""
         return self.field.log_likelihood(map_from_base, points, self._surface.metres)
 
     def aligned(self, map_from_base: Pose, covariance: NDArray[np.float64], points: EndPoints) -> Pose:
-        """A pose (3,) of some covariance (3, 3), laid on the walls near by, if there are any."""
+        """A pose (3,) with covariance (3, 3), aligned with nearby walls, if any."""
         return aligned(map_from_base, covariance, points, self.walls, self._surface.metres)
 
     def refined(
         self, map_from_base: Pose, covariance: NDArray[np.float64], points: EndPoints
     ) -> tuple[Pose, NDArray[np.float64]]:
-        """That, and its covariance (3, 3); where there is no alignment, what was given."""
+        """The aligned pose and its covariance (3, 3); unchanged where alignment fails."""
         return refine(map_from_base, covariance, points, self.walls, self._surface.metres)
 
     def fit(self, map_from_base: Pose, points: EndPoints) -> float | None:
-        """How well a scan fits the map from a pose (3,): the mean fit of points on it; None without any."""
+        """Mean fit of a scan's points to the map at a pose (3,); None without points on the map."""
         fits = self.field.fits(map_from_base[None], points, self._surface.metres)
         on_map = fits[~np.isnan(fits)]
         return float(on_map.mean()) if len(on_map) > 0 else None
 
     def learn_surface(self, map_from_base: Pose, points: EndPoints) -> None:
-        """Learn where within their cells walls lie, from a scan at a pose (3,) that is known."""
+        """Learn where the surface of walls is within their cells, from a scan at a known pose (3,)."""
         self._surface.learn(map_from_base, points)
 
     def explained(self, map_from_base: Pose, covariance: NDArray[np.float64], points: EndPoints) -> EndPoints:
-        """Those that fit the map from most of a cloud (N, 3) with a covariance (3, 3); all if too few.
+        """Points that fit the map from most of a cloud (N, 3) with covariance (3, 3); all if too few do.
 
-        The idea is that of AMCL's beam skipping (nav2): what has changed since the map was made would draw
-        the cloud to where it seems explained by chance.
+        As in AMCL's beam skipping (nav2): otherwise, changes since the map was made would draw the cloud to
+        places that explain them by chance.
         """
-        asked = map_from_base[:: max(1, len(map_from_base) // _ASKED)].copy()  # strides compile anew
+        asked = map_from_base[:: max(1, len(map_from_base) // _ASKED)].copy()  # strides recompile
         tolerance = _SPREADS * sqrt(0.5 * (covariance[0, 0] + covariance[1, 1]))
         fits = self.field.fits(asked, points, self._surface.metres, tolerance)
         is_explained = fits >= _EXPLAINED
@@ -92,7 +92,7 @@ class Perception:
 
 
 def refuse_empty(grid: OccupancyGrid) -> None:
-    """Raises UserError when a map has no free cells or no walls, before fields of its size are made."""
+    """Raise UserError when a map has no free cells or no walls, before fields of its size are allocated."""
     parts = [grid.cells[rows] for rows in strips(grid.shape)]
     if not any(((part > UNKNOWN) & (part < OCCUPIED_FROM)).any() for part in parts):
         raise UserError("The map has no free cells, so a car can stand nowhere on it; check its thresholds.")
@@ -105,7 +105,7 @@ def refuse_empty(grid: OccupancyGrid) -> None:
 
 
 def refuse_inverted(walls: Walls, free_space: FreeSpace) -> None:
-    """Raises UserError when a map seems to have walls where it means floor and the other way round."""
+    """Raise UserError when a map seems to be inverted, with walls and floor swapped."""
     cells = walls.grid.cells
     occupied, known = np.count_nonzero(cells >= OCCUPIED_FROM), np.count_nonzero(cells > UNKNOWN)
     widest = 2.0 * float(walls.distances[free_space.is_open].max())

@@ -1,7 +1,7 @@
-"""Where on a map does a scan fit? Every place and heading is tried: nothing is left to chance.
+"""Global search for poses where a scan fits, exhaustive over positions and headings.
 
-First with few points, then where these fit with more; on a likelihood field so wide that the place which is
-tried nearest to the true one fits, too.
+First with few points, then with more where these fit. The likelihood field is wide enough for the grid
+position nearest to the true one to fit.
 """
 
 from collections.abc import Callable
@@ -21,39 +21,38 @@ from racecar.localization.sensor.likelihood_field import distance_codes, log_tab
 from racecar.maps.geometry.se2 import Pose, compose
 
 _SPACING = 0.2
-"""Metres between the places that are tried: by judgement, since the one nearest to the true place is then
-0.14 m beside it at most."""
+"""Metres between positions. Chosen by judgement, since the nearest one is then at most 0.14 m from the true
+one."""
 _MOST_PLACES = 60_000
-"""On a larger map they lie farther apart, so that the search stays short."""
+"""Most positions; on a larger map their spacing grows, so that the search stays short."""
 _DEVIATION = 0.2
-"""Metres of standard deviation of an end point from its wall: by judgement, that between places, and of what
-turns between headings do to points ten metres off."""
+"""Standard deviation in metres of an end point from its wall. Chosen by judgement: the spacing of positions,
+and the effect of the heading step on points ten metres away."""
 _PIXEL = 0.1
-"""Metres; as wide as the deviation allows, since a raster that fits into the processor's cache is looked up
-three times as fast."""
+"""Metres; as coarse as the deviation allows, since a raster that fits into the processor's cache is three
+times as fast."""
 _ROUGH_POINTS, _ROUGH_HEADINGS = 15, 80
-"""With which all places are compared. Measured: with few points everywhere and more where they fit, the
+"""Points and headings for all positions. Measured: with few points everywhere and more where they fit, the
 search takes a third of the time."""
 _LIKELY = 0.15
-"""Share of the places that are then compared with more points: by judgement, as people may stop
-some of the few."""
+"""Share of positions then evaluated with more points. Chosen by judgement, as people may block some of the
+few."""
 _POINTS, _HEADINGS = 60, 160
-"""With which likely places are compared. By judgement: headings are then 2.3° apart."""
+"""Points and headings for likely positions. Chosen by judgement: headings are then 2.3° apart."""
 _BEST = 4000
-"""Poses, the best, among which particles are drawn: by judgement, a fifth as many as particles."""
+"""Number of best poses among which particles are drawn. Chosen by judgement: a fifth as many as particles."""
 _COARSE_HEADINGS = 64
-"""With which a part of every fourth place is compared, while the car is tracked: few, since the scan is then
-laid on the walls, which takes it half a metre. Measured: with 128 no verdict on right and wrong maps
-differs."""
+"""Headings for every fourth position, checked in parts while tracking: few, since the scan is then aligned
+with walls within half a metre. Measured: with 128 no verdict on right and wrong maps differs."""
 _FEW = 1000
-"""Places that are all compared with many points, since that takes no longer than to choose among them."""
+"""Number of positions evaluated with all points at once, since selecting takes as long."""
 _REACH = 1.5
-"""Spacings beyond a region from which a place in it may be represented, since one stands for a square of that
-side and may be in any corner."""
+"""Spacings beyond a region within which a position may represent a part of it, since one stands for a square
+of that side and may be in any corner."""
 
 
 class PlaceSearch:
-    """Knows places all over a map."""
+    """Searches over positions all over a map."""
 
     def __init__(self, walls: Walls, free_space: FreeSpace) -> None:
         grid = free_space.grid
@@ -64,7 +63,7 @@ class PlaceSearch:
         self._spacing = max(_SPACING, np.sqrt(area / _MOST_PLACES))
         step = max(1, round(self._spacing / grid.resolution))
         cells = _lattice(free_space, step)
-        # in any order, so that each part is from all over the map
+        # shuffled, so that each part covers the whole map
         coarse = np.flatnonzero((cells // step % 2 == 0).all(axis=1))
         self._coarse = np.random.default_rng(0).permutation(coarse)
         pixels = (cells + 0.5) * (grid.resolution / self._pixel) + 1.0  # the codes have a margin
@@ -75,7 +74,7 @@ class PlaceSearch:
     def find(
         self, points: EndPoints, count: int, rng: np.random.Generator, region: Region = ANYWHERE
     ) -> Pose:
-        """(count, 3) poses of the base, spread over the places in a region where a scan fits best."""
+        """(count, 3) base poses, spread over the positions in a region where a scan fits best."""
         places = np.flatnonzero(region.contains(self._map_from_place[:, :2], _REACH * self._spacing))
         likely = max(int(np.ceil(_LIKELY * len(places))), _FEW)
         if likely < len(places):
@@ -97,13 +96,13 @@ class PlaceSearch:
 
     @property
     def coarse_count(self) -> int:
-        """Of the places of which `best_elsewhere` compares a part: every fourth."""
+        """Number of coarse positions, every fourth, for `best_elsewhere`."""
         return len(self._coarse)
 
     def best_elsewhere(
         self, part: slice, points: EndPoints, point_in_map: NDArray[np.float64], apart: float, most: int
     ) -> Pose:
-        """(M, 3) poses of the base at ``most`` places, where a scan fits best of a part of the coarse ones.
+        """(M, 3) base poses at up to ``most`` positions of a part of the coarse ones, where a scan fits best.
 
         Each is farther than ``apart`` metres from a point (2,).
         """
@@ -115,12 +114,12 @@ class PlaceSearch:
         return self._map_from_base(places[best], turn / _COARSE_HEADINGS * (2.0 * np.pi), points)
 
     def _turned(self, points: EndPoints, headings: int) -> NDArray[np.int32]:
-        """(headings, N, 2) rows and columns from the laser to points, for each way the base may face."""
-        far = max(self._codes.shape)  # off the map from wherever on it
+        """(headings, N, 2) rows and columns of points relative to the laser, for each heading of the base."""
+        far = max(self._codes.shape)  # off the map from any position
         return turned_points((points.in_base - points.laser) / self._pixel, headings, far)
 
     def _scores(self, places: NDArray[np.int64], turned_points: NDArray[np.int32]) -> NDArray[np.float32]:
-        """(P, H) log-likelihood of points (H, N, 2) at places (P,), by number."""
+        """(P, H) log-likelihood of points (H, N, 2) at positions (P,), by index."""
         scores = np.empty((len(places), len(turned_points)), dtype=np.float32)
         score_places(self._pixels[places], turned_points, self._codes, self._log_by_code, scores)
         return scores
@@ -128,7 +127,7 @@ class PlaceSearch:
     def _map_from_base(
         self, places: NDArray[np.int64], turns: NDArray[np.float64], points: EndPoints
     ) -> Pose:
-        """(P, 3) with the laser at places (P,), by number, and the base turned (P,) against the grid."""
+        """(P, 3) base poses with the laser at positions (P,), by index, and headings (P,) on the grid."""
         map_from_laser = self._map_from_place[places]
         map_from_laser[:, 2] += turns
         return compose(map_from_laser, [*-points.laser, 0.0])
@@ -137,13 +136,13 @@ class PlaceSearch:
 def _in_two_threads(
     work: Callable[[NDArray[np.int64]], NDArray[Any]], places: NDArray[np.int64]
 ) -> NDArray[Any]:
-    """What ``work``, whose loops release the GIL, makes of each half of places (P,)."""
+    """Apply ``work``, whose kernels release the GIL, to both halves of positions (P,)."""
     with ThreadPoolExecutor(2) as pool:
         return np.concatenate(list(pool.map(work, np.array_split(places, 2))))
 
 
 def _best(places: NDArray[np.int64], scores: NDArray[np.float32]) -> NDArray[np.float64]:
-    """(M, 3) the best of scores (P, H): each with its place, of places (P,), and its heading, by number."""
+    """(M, 3) the best of scores (P, H): score, index of the position (P,), and index of the heading."""
     count = min(_BEST, scores.size)
     best = np.argpartition(scores.ravel(), scores.size - count)[scores.size - count :]
     place, heading = np.divmod(best, scores.shape[1])
@@ -151,7 +150,7 @@ def _best(places: NDArray[np.int64], scores: NDArray[np.float32]) -> NDArray[np.
 
 
 def _lattice(free_space: FreeSpace, step: int) -> NDArray[np.int64]:
-    """(N, 2) row and column of open cells, one in each block of ``step`` by ``step`` that has any."""
+    """(N, 2) row and column of open cells, one per block of ``step`` by ``step`` that has any."""
     found = []
     for rows in strips(free_space.is_open.shape, step):
         cells = np.argwhere(free_space.is_open[rows]) + np.array([rows.start, 0])

@@ -1,4 +1,4 @@
-"""The loops over places, headings and points of the place search."""
+"""Loops over positions, headings and points of the place search."""
 
 import math
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 @njit(cache=True, nogil=True)
 def turned_points(points: NDArray[np.float64], headings: int, far: int) -> NDArray[np.int32]:
-    """(headings, P, 2) rows and columns, at most so ``far``, of points (P, 2) turned to all headings."""
+    """(headings, P, 2) rows and columns, clipped at ``far``, of points (P, 2) rotated to all headings."""
     turned = np.empty((headings, len(points), 2), dtype=np.int32)
     for heading in range(headings):
         angle = 2.0 * math.pi * heading / headings
@@ -29,10 +29,10 @@ def score_places(
     log_by_code: NDArray[np.float32],
     scores: NDArray[np.float32],
 ) -> None:
-    """Fill scores (places, headings) with the sum over points of what their codes add.
+    """Fill scores (places, headings) with sums over points of the log-likelihood of their codes.
 
-    ``places`` (N, 2) are rows and columns of ``codes``, ``turned_points`` (headings, P, 2) rows and columns
-    from there.
+    ``places`` (N, 2) are rows and columns in ``codes``; ``turned_points`` (headings, P, 2) are relative to
+    them.
     """
     last_row, last_column = codes.shape[0] - 1, codes.shape[1] - 1
     for n in range(len(places)):
@@ -54,9 +54,9 @@ def best_places(
     log_by_code: NDArray[np.float32],
     most: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Numbers (M,) of up to ``most`` places with the highest sums, highest first, and of their headings.
+    """Indices (M,) of up to ``most`` places with the highest sums, in descending order, and of headings.
 
-    The same sums as above; but none is completed that has fallen behind, as no code adds more than nothing.
+    The same sums as above, abandoned once they fall behind, as no code adds more than zero.
     """
     last_row, last_column = codes.shape[0] - 1, codes.shape[1] - 1
     best = np.full(most, -np.inf, dtype=np.float32)

@@ -1,4 +1,4 @@
-"""A hypothesis of where the car is: weighed, estimated and judged by itself."""
+"""One hypothesis of the car's pose, with its own particles, estimate and odds."""
 
 import numpy as np
 
@@ -10,38 +10,37 @@ from racecar.localization.recovery.place_judge import PlaceJudge
 from racecar.localization.sensor.end_points import EndPoints
 
 _KNOWN_WITHIN = 0.25
-"""Metres of standard deviation within which the place counts as known: points that the map does not explain
-may be left out, the scan is laid on the walls, the fewest particles will do, and the place is held against
-the odometry. Measured: bounds of 0.5, 0.25 and 0.1 m for these did no better (`python -m benchmarks
-ablation`)."""
+"""Standard deviation in metres within which the place is known: points that the map does not explain may be
+left out, the scan is aligned with the walls, the fewest particles suffice, and odometry is checked against
+it. Measured: bounds of 0.5, 0.25 and 0.1 m for these did no better (`python -m benchmarks ablation`)."""
 _TRIAL = 1_000_000_000
-"""Nanoseconds that a hypothesis has before it may fail: as long as a lost car takes to be noticed
-(`python -m benchmarks accuracy`)."""
+"""Nanoseconds before a hypothesis may fail: as long as a lost car takes to be noticed (`python -m benchmarks
+accuracy`)."""
 
 _SURELY_HERE = 0.05
-"""Probability of being lost below which scans tell where the surfaces of walls lie: by judgement, 20 to 1."""
+"""Probability of being lost below which scans show the surface of walls. Chosen by judgement: 20 to 1."""
 
 
 class PoseHypothesis:
     """A cloud of particles, and the odds that the car is elsewhere."""
 
     def __init__(self, particles: ParticleFilter, judge: PlaceJudge, stamp: int) -> None:
-        """The stamp (nanoseconds) is when the place was found, which the judge judges."""
+        """``stamp`` (nanoseconds) is when the place to judge was found."""
         self.particles = particles
         self.judge = judge
         self.is_known = False
-        """Whether the cloud lies at one place."""
+        """Whether the cloud is at one place."""
         self._covariance = np.zeros((3, 3))
-        """Of the last estimate while it did."""
+        """Covariance of the last estimate while it was."""
         self._stamp = stamp
         self._is_news = False
-        """Whether the scan at hand was weighed."""
+        """Whether the current scan was weighted."""
 
     def weigh(self, points: EndPoints, travel: float, perception: Perception) -> None:
-        """Take in a scan so many metres plus radians after the last.
+        """Add a scan ``travel`` metres plus radians after the last.
 
-        While the place is known, only what the map explains counts. A few particles go to where the scan lies
-        on the walls, which after wrong odometry may be beside the cloud, as sure as the last estimate was.
+        While the place is known, only points that the map explains count. A few particles are proposed where
+        the scan aligns with walls, perhaps outside the cloud, with the last estimate's covariance.
         """
         self._is_news = True
         if self.is_known:
@@ -53,7 +52,7 @@ class PoseHypothesis:
     def estimate(
         self, points: EndPoints, stamp: int, seconds: float, is_start: bool, perception: Perception
     ) -> PoseEstimate:
-        """The pose by all scans so far, judged by how this one fits, so many seconds after the last."""
+        """The pose given all scans, judged by the fit of this one, ``seconds`` after the last."""
         map_from_base, covariance, weight = self.particles.moments()
         variance = float(covariance[0, 0] + covariance[1, 1])
         self.is_known = weight > DOMINANT and variance < _KNOWN_WITHIN**2
@@ -79,12 +78,12 @@ class PoseHypothesis:
         )
 
     def resample(self, config: LocalizationConfig) -> None:
-        """Draw as many particles as the place needs."""
+        """Resample to as many particles as the uncertainty requires."""
         if self.is_known:
             self.particles.resample(min(config.fewest_particles, config.particles))
         else:
             self.particles.resample(config.particles)
 
     def has_failed(self, stamp: int) -> bool:
-        """Whether it has had its trial, and is more probably wrong than right."""
+        """Whether its trial is over and it is more probably wrong than right."""
         return stamp - self._stamp >= _TRIAL and self.judge.probability_lost >= 0.5

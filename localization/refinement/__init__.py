@@ -1,1 +1,1 @@
-"""The estimate aligned with the walls, and where their surface lies."""
+"""Align the estimate with walls, and learn where their surface is."""

@@ -1,8 +1,8 @@
-"""The estimate aligned with the walls, closer than the cloud's particles lie beside one another.
+"""Align the estimate with walls, more accurately than the spacing of particles.
 
-A robust alignment of the end points with the nearest walls finds the pose that most of the scan agrees
-with, whatever people and furniture the map lacks. Along a corridor, where walls do not constrain it, the
-cloud does.
+Robust alignment of the end points with the nearest walls finds the pose that most of the scan agrees with,
+despite people and furniture missing in the map. Directions that walls do not constrain, as along a corridor,
+follow the cloud.
 """
 
 import numpy as np
@@ -17,10 +17,10 @@ from racecar.maps.geometry.se2 import Pose
 def aligned(
     map_from_base: Pose, covariance: NDArray[np.float64], points: EndPoints, walls: Walls, surface: float
 ) -> Pose:
-    """The pose (3,) near the mean of a cloud with a covariance (3, 3) where most end points lie on walls.
+    """The pose (3,) near the mean of a cloud with covariance (3, 3) at which most end points lie on walls.
 
-    The mean itself where the scan has too few points, or the alignment leads away. The surface of walls is so
-    many metres before the centres of their cells.
+    The mean itself where the scan has too few points or the alignment diverges. The surface of walls is
+    ``surface`` metres before the centres of their cells.
     """
     return align_to_walls(map_from_base, covariance, points.in_base, walls.field(surface))
 
@@ -28,7 +28,7 @@ def aligned(
 def refine(
     map_from_base: Pose, covariance: NDArray[np.float64], points: EndPoints, walls: Walls, surface: float
 ) -> tuple[Pose, NDArray[np.float64]]:
-    """That pose and its covariance (3, 3); where there is no alignment, what was given."""
+    """The aligned pose and its covariance (3, 3); unchanged where alignment fails."""
     pose = aligned(map_from_base, covariance, points, walls, surface)
     if np.array_equal(pose, map_from_base):
         return map_from_base, covariance

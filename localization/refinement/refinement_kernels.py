@@ -11,38 +11,35 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.geometry.se2_kernels import composed, inverse_of_symmetric, step_between
 
 _FEWEST_POINTS = 10
-"""End points below which there is no alignment, since fewer may all lie on one thing that the map lacks. By
-judgement."""
+"""Minimum number of end points, since fewer may all lie on one unmapped object. Chosen by judgement."""
 _LARGEST_MOVE = 0.5
-"""Metres, or radians, that a pose may be moved by, since beyond, the walls are others: about the width of a
-cloud that counts as tracked. By judgement."""
+"""Largest correction in metres or radians, since farther away walls are different ones: about the width of a
+tracked cloud. Chosen by judgement."""
 _SCALES = (0.3, 0.2, 0.1, 0.1, 0.07, 0.07)
-"""Metres from a wall, one per step, beyond which a point counts less and less: from wide, to find the walls,
-to narrow, to leave out people. By judgement; measured: alignment took session_A's error from 0.13 to 0.06
-m."""
+"""Scales in metres of the robust kernel, one per iteration: from wide, to find walls, to narrow, to ignore
+people. Chosen by judgement; measured: alignment took session_A's error from 0.13 to 0.06 m."""
 _WALL_NOISE = 0.05
-"""Metres of standard deviation of a point on a wall, since walls are drawn to a cell of a usual map."""
+"""Standard deviation in metres of a point on a wall, since walls are drawn to a cell of a usual map."""
 _POINTS_PER_OBSERVATION = 4.0
-"""Points that together count as one, since neighbours lie on the same wall and err alike. By judgement."""
+"""Points per independent one, since neighbours lie on one wall and err alike. Chosen by judgement."""
 _PER_POINT = 1.0 / (_WALL_NOISE**2 * _POINTS_PER_OBSERVATION)
 """Information of a point, by definition, one over metres squared."""
 _CLOUD_WIDTH = 2.0
-"""The cloud holds the pose as if this many times as wide, since it saw the same scan. By judgement."""
+"""Factor by which the prior is wider than the cloud, since it saw the same scan. Chosen by judgement."""
 _LEAST_CLOUD = 0.05
-"""Metres, or radians, added to that width (in squares), so that a cloud that collapsed does not hold it: a
-cell of a usual map. By judgement."""
+"""Metres or radians added to that width (in squares), so that a collapsed cloud does not fix the pose: a cell
+of a usual map. Chosen by judgement."""
 _BELIEF = 1.4
-"""The cloud counts as so many times as wide in the covariance that is told, since it has learned from scans
-that err alike. Measured on foreign drives: nearly all errors lie inside the 95 % ellipse, 89 % where wheels
-tell half."""
+"""Factor by which the published covariance widens the cloud's, since correlated errors make it too narrow.
+Measured on foreign drives: nearly all errors lie inside the 95 % ellipse, 89 % where wheels tell half."""
 _REACH, _REACH_CELLS = 0.25, 3.0
-"""Metres, and at least so many cells, by which a pose is moved to see how much worse the scan fits: farther
-than the steps of a slanted wall, and less than a doorway. Measured: with 0.15 thick walls of cells of 5 cm at
-37°, whose steps repeat every 25 cm, leave half of the cloud's width, with 0.25 all of it."""
+"""Metres, and minimum number of cells, of the finite differences of the misfit: more than the steps of an
+oblique wall, less than a doorway. Measured: with 0.15 thick walls of cells of 5 cm at 37°, whose steps repeat
+every 25 cm, leave half of the cloud's width, with 0.25 all of it."""
 _BEYOND = 1e3
-"""Metres to a wall from off the grid, since nothing is known there: any that is far."""
+"""Distance in metres assumed off the grid, since nothing is known there: far."""
 _ROUNDS = 2
-"""Of finding the axes: two, since the second starts from axes along which differences are exact."""
+"""Iterations to find the axes: two, since the second starts from axes along which differences are exact."""
 
 
 @njit(cache=True, nogil=True)
@@ -52,11 +49,11 @@ def align_to_walls(
     points: NDArray[np.float64],
     walls: WallField,
 ) -> Pose:
-    """The pose (3,) near a cloud's mean that brings points (N, 2) to the walls.
+    """The pose (3,) near a cloud's mean that aligns points (N, 2) with walls.
 
-    One Gauss-Newton step for each of the scales of the weights of Geman and McClure (1987); the cloud, of
-    some covariance (3, 3), holds the pose where walls do not, as along a corridor. The mean itself where the
-    scan has too few points, or the alignment leads away.
+    One Gauss-Newton step per scale of the weights of Geman and McClure (1987). The cloud, with covariance (3,
+    3), is the prior where walls do not constrain the pose, as along a corridor. The mean itself if points are
+    too few or the alignment diverges.
     """
     if len(points) < _FEWEST_POINTS:
         return map_from_base
@@ -80,7 +77,7 @@ def covariance_given_walls(
     points: NDArray[np.float64],
     walls: WallField,
 ) -> NDArray[np.float64]:
-    """(3, 3) of a pose (3,) that fits, by what a cloud of some covariance (3, 3) and points (N, 2) say."""
+    """(3, 3) covariance of an aligned pose (3,), from that of a cloud (3, 3) and points (N, 2)."""
     turn = _rotation(walls[0][2])
     scan = turn @ _information(step_between(walls[0], map_from_base), points, walls) @ turn.T
     return inverse_of_symmetric(inverse_of_symmetric(_BELIEF**2 * covariance + 1e-6 * np.eye(3)) + scan)
@@ -93,7 +90,7 @@ def signed_distances(
     laser: NDArray[np.float64],
     walls: WallField,
 ) -> NDArray[np.float64]:
-    """(N,) metres from points (N, 2) to walls, negative where these come no nearer along the laser's beam."""
+    """(N,) metres from points (N, 2) to walls, negative if these come no closer along the laser's beam."""
     pose = step_between(walls[0], map_from_base)
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     laser_x, laser_y = cos * laser[0] - sin * laser[1], sin * laser[0] + cos * laser[1]
@@ -114,7 +111,7 @@ def _normal_equations(
     """Gradient (3,) and information (3, 3) of points (N, 2) at a pose on the grid."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     _, distances, per_metre, surface = walls
-    g_x, g_y, g_t = 0.0, 0.0, 0.0  # in an array each would wait for the store before
+    g_x, g_y, g_t = 0.0, 0.0, 0.0  # as an array, each would wait for the last store
     i_xx, i_xy, i_xt, i_yy, i_yt, i_tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(points)):
         x, y = cos * points[i, 0] - sin * points[i, 1], sin * points[i, 0] + cos * points[i, 1]
@@ -136,11 +133,11 @@ def _normal_equations(
 
 @njit(cache=True, nogil=True)
 def _information(pose: Pose, points: NDArray[np.float64], walls: WallField) -> NDArray[np.float64]:
-    """(3, 3) what points (N, 2) say of a pose on the grid that fits: the curvature of their misfit.
+    """(3, 3) information of points (N, 2) at an aligned pose on the grid: the curvature of their misfit.
 
-    It is taken over decimetres, as the slopes between cells would say more: on a slanted wall, whose cells
-    are stairs, they point aside. First the axes are found, then the curvature along each, as small
-    differences of large ones are not to be trusted. Headings count by what they do to points.
+    It uses finite differences over decimetres: on oblique walls, cells form stairs whose slopes point
+    sideways. First the axes are found, then the curvature along each, as small differences of large numbers
+    are inaccurate. Headings are scaled by their effect on points.
     """
     reach = max(_REACH, _REACH_CELLS / walls[2])
     steps = np.array([reach, reach, reach / math.sqrt((0.1 + (points**2).sum()) / len(points))])
@@ -169,14 +166,14 @@ def _rise(
     scale: float,
     middle: float,
 ) -> float:
-    """By how much the misfit rises to both sides along a way (3,)."""
+    """Increase of the misfit to both sides along a direction (3,)."""
     ahead, behind = _misfit(pose + way, points, walls, scale), _misfit(pose - way, points, walls, scale)
     return ahead + behind - 2.0 * middle
 
 
 @njit(cache=True, nogil=True)
 def _misfit(pose: Pose, points: NDArray[np.float64], walls: WallField, scale: float) -> float:
-    """Half the squared distances of points (N, 2) to walls, none of which counts for more than the scale."""
+    """Half the squared distances of points (N, 2) to walls, each bounded by the scale."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     _, distances, per_metre, surface = walls
     total = 0.0
@@ -191,7 +188,7 @@ def _misfit(pose: Pose, points: NDArray[np.float64], walls: WallField, scale: fl
 def _distance(
     x: float, y: float, distances: NDArray[np.float32], per_metre: float, surface: float
 ) -> tuple[float, float, float]:
-    """Metres from a place on the grid to the surface of a wall, bilinear, and slopes along its axes."""
+    """Bilinear distance in metres from a point on the grid to a wall's surface, and slopes on both axes."""
     column, row = x * per_metre - 0.5, y * per_metre - 0.5
     left, low = math.floor(column), math.floor(row)
     if not (0 <= left < distances.shape[1] - 1 and 0 <= low < distances.shape[0] - 1):
@@ -207,6 +204,6 @@ def _distance(
 
 @njit(cache=True, nogil=True)
 def _rotation(yaw: float) -> NDArray[np.float64]:
-    """(3, 3) that turns x and y of a pose."""
+    """(3, 3) rotation of x and y of a pose."""
     cos, sin = math.cos(yaw), math.sin(yaw)
     return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

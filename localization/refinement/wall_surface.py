@@ -1,7 +1,7 @@
-"""Where within its cells the surface of walls lies: learned, as maps differ.
+"""Learn where the surface of walls is within their cells, as maps differ.
 
-In drawn maps walls end where cells do, half a cell before their centres; in maps made from scans, and in
-plans of lines, the surface is at the centres on average.
+In drawn maps walls end at the edges of cells, half a cell before their centres; in maps made from scans, and
+in plans of lines, the surface is at the centres on average.
 """
 
 import numpy as np
@@ -12,27 +12,27 @@ from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import Pose
 
 PRIOR = 0.25
-"""Cells before the centre, as long as nothing is known: by judgement, in between."""
+"""Prior in cells before the centre. Chosen by judgement: the middle."""
 _PRIOR_POINTS, _MEMORY_POINTS = 500.0, 20_000.0
-"""End points that this counts for, and over which the mean is taken: by judgement, five scans and
+"""End points that the prior counts for, and over which the mean is taken. Chosen by judgement: five scans and
 a few rooms."""
 _NEAR = 2.0
-"""Cells from a wall within which a point is on it. By judgement: farther are people and furniture."""
+"""Cells from a wall within which a point is on it. Chosen by judgement: farther are people and furniture."""
 _STEPS = 20
-"""Of a cell, to which the mean is rounded, so that tables of likelihood are computed once and for all."""
+"""Steps per cell to which the mean is rounded, so that likelihood tables are computed only once."""
 
 
 class WallSurface:
-    """Learns from end points at poses that are known."""
+    """Learns from end points at known poses."""
 
     def __init__(self, walls: Walls) -> None:
         self._walls = walls
         self._mean, self._points = PRIOR, _PRIOR_POINTS
         self.metres = PRIOR * walls.grid.resolution
-        """Before the centre of the nearest occupied cell."""
+        """Metres before the centre of the nearest occupied cell."""
 
     def learn(self, map_from_base: Pose, points: EndPoints) -> None:
-        """Take in a scan from a pose (3,)."""
+        """Add a scan at a pose (3,)."""
         resolution = self._walls.grid.resolution
         field = self._walls.field(surface=0.0)
         cells = signed_distances(map_from_base, points.in_base, points.laser, field) / resolution

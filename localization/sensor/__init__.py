@@ -1,1 +1,1 @@
-"""Sensor models: how well a scan fits what the map says from a pose."""
+"""Sensor models: how well a scan at a pose fits the map."""

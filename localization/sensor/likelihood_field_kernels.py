@@ -1,4 +1,4 @@
-"""The loops over particles and points of the likelihood field."""
+"""Loops over particles and points of the likelihood field."""
 
 import math
 
@@ -37,11 +37,11 @@ def add_up_points(
     per_cell: int,
     log_by_code: NDArray[np.float32],
 ) -> NDArray[np.float64]:
-    """(N,) sum over points (P, 2) of what their codes add, from poses on the field (N, 4), see `grid_poses`.
+    """(N,) sum of the log-likelihoods of points (P, 2) at poses on the field (N, 4), see `grid_poses`.
 
-    Points and the laser (2,) are in pixels of the field on the base. ``codes`` have a margin of a pixel, that
-    of what is beyond the map; where the laser cannot be, no point counts as on a wall. ``is_standable``
-    tells that of cells, which are ``per_cell`` pixels wide.
+    Points and the laser (2,) are in pixels relative to the base. ``codes`` have a margin of one pixel for
+    outside the map. Where the laser cannot be by ``is_standable``, whose cells are ``per_cell`` pixels wide,
+    no point counts as on a wall.
     """
     rows, columns = codes.shape
     flat, count = codes.ravel(), len(points)
@@ -77,10 +77,10 @@ def mean_of_codes(
     codes: NDArray[np.uint8],
     value_by_code: NDArray[np.float32],
 ) -> NDArray[np.float64]:
-    """(P,) mean of what the codes of points (P, 2) are worth, over poses on the field (N, 4).
+    """(P,) mean value of the codes of points (P, 2) over poses on the field (N, 4).
 
-    NaN is what says nothing: it is left out, and what comes of points that are nothing else. Seen from beyond
-    the map, it is worth nothing.
+    NaN values are skipped; the mean is NaN for points with no other value. At poses off the map, the value is
+    zero.
     """
     last_row, last_column = codes.shape[0] - 1, codes.shape[1] - 1
     sums, counts = np.zeros(len(points)), np.zeros(len(points))

@@ -1,1 +1,1 @@
-"""Is the car where the poses of a drive say, and is this the map of the place? Judged over a whole drive."""
+"""The verdict on a whole drive: whether its poses are right, and whether this is the map of the place."""

@@ -1,4 +1,4 @@
-"""The judge of a drive: whether the poses of its estimates are to be believed."""
+"""Judge a drive: whether its estimates can be trusted."""
 
 import math
 
@@ -9,22 +9,22 @@ from racecar.localization.verdict.pose_steps import PoseSteps
 from racecar.localization.verdict.unknown_segments import UnknownSegments
 
 _LOCALIZED_SHARE = 0.9
-"""Of the drive, on which the place must be known, so that a second or two to be found in, or one kidnapping,
-are forgiven. By judgement."""
+"""Share of the drive with a known place, so that a second or two of initial search, or one kidnapping, is
+tolerated. Chosen by judgement."""
 _LOST_SHARE = 0.5
-"""Of the drive, below which it is lost unless the map is the right one beyond doubt, because on most of it
-the place is then not known. By judgement."""
+"""Share below which a drive is lost unless the map is certainly right, because the place is then mostly
+unknown. Chosen by judgement."""
 _LONGEST_SCAN = 1.0
-"""Seconds that one scan stands for at most, so that a pause of the recording is no part of the drive. By
+"""Largest time in seconds that one scan stands for, so that pauses of the recording do not count. Chosen by
 judgement: some sensors send one scan a second."""
 _PATIENCE, _PATIENCE_SHARE = 10.0, 0.1
-"""Seconds of scans, and a share of those in which the place was known, for which a car may be lost on a map
-that seems wrong, before the search stops. By judgement, since a car that was carried elsewhere is found
-within a second or two (`python -m benchmarks accuracy`), and some ten searches of the map fit into it."""
+"""Seconds of scans, and share of the time with a known place, for which a car may be lost on an apparently
+wrong map before the search stops. Chosen by judgement, since a car that was carried elsewhere is found within
+a second or two (`python -m benchmarks accuracy`), and some ten searches of the map fit into it."""
 
 
 class DriveJudge:
-    """Takes in the estimate of every scan, and says at any time what the drive so far is worth."""
+    """Collects the estimates of all scans; the verdict is available at any time."""
 
     def __init__(self) -> None:
         self._fit = MapFit()
@@ -33,14 +33,14 @@ class DriveJudge:
         self._first: int | None = None
         self._last = 0
         self._seconds = self._known_seconds = self._lost_seconds = 0.0
-        """Of scans; without pauses."""
+        """Seconds of scans, without pauses."""
         self._deviations = 0.0
-        """Metres of standard deviation, summed over the seconds in which the place is known."""
+        """Standard deviation in metres, integrated over the seconds with a known place."""
         self.path_metres = 0.0
-        """Driven, as far as it is known: without jumps to another place."""
+        """Path driven at known places, without jumps."""
 
     def follow(self, estimate: PoseEstimate) -> None:
-        """Take in the estimate of a scan; those that repeat one are left out."""
+        """Add the estimate of a scan; repeated ones are ignored."""
         if self._first is None:
             self._first, seconds = estimate.stamp, 0.0
         else:
@@ -61,7 +61,7 @@ class DriveJudge:
 
     @property
     def quality(self) -> DriveQuality:
-        """Of the drive so far."""
+        """The verdict on the drive so far."""
         known = self._known_seconds
         share = known / self._seconds if self._seconds > 0.0 else 0.0
         verdict, reason = self._verdict(share)
@@ -76,12 +76,12 @@ class DriveJudge:
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether searching on is in vain: the map is a wrong one, and the car was lost on it for long."""
+        """Whether further search is useless: the map is wrong, and the car was lost on it for long."""
         patience = _PATIENCE + _PATIENCE_SHARE * self._known_seconds
         return self._lost_seconds > patience and self._fit.is_wrong
 
     def _verdict(self, known_share: float) -> tuple[DriveVerdict, str | None]:
-        """Also why, for people."""
+        """The verdict and its reason for people."""
         if self._fit.is_wrong:
             return (
                 DriveVerdict.LOST,
@@ -98,6 +98,6 @@ class DriveJudge:
                 DriveVerdict.UNCERTAIN,
                 "The drive does not show whether it is the right map or one that looks alike; drive farther.",
             )
-        # On the right map a place that stays in doubt is one of several that look alike.
+        # On the right map, a place that stays in doubt is one of several similar ones.
         is_known = known_share >= _LOCALIZED_SHARE
         return DriveVerdict.LOCALIZED if is_known else DriveVerdict.UNCERTAIN, None

@@ -1,4 +1,4 @@
-"""The verdict on the poses of a drive, for people and for programs."""
+"""The verdict on the poses of a drive, for people and programs."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -7,15 +7,15 @@ from math import isnan
 from racecar.localization.verdict.unknown_segments import UnknownSegment, longest_of
 
 _NAMED = 3
-"""Segments that the summary names, so that it stays one line; reports have all."""
+"""Segments named in the summary, so that it stays one line; reports have all."""
 
 
 class DriveVerdict(str, Enum):
-    """What the poses of a drive may be used for."""
+    """How the poses of a drive may be used."""
 
     LOCALIZED = "localized"
     UNCERTAIN = "uncertain"
-    """To be looked at before they are used."""
+    """Check before use."""
     LOST = "lost"
 
 
@@ -25,15 +25,15 @@ class DriveQuality:
 
     verdict: DriveVerdict
     known_share: float
-    """Of the drive's time, without pauses."""
+    """Share of the drive's time, without pauses."""
     deviation: float
-    """Metres of standard deviation of the place on average, where it is known; nan when it never is."""
+    """Mean standard deviation of the position in metres, where it is known; nan if it never is."""
     map_log_odds: float
-    """That the map is the right one."""
+    """Log-odds that the map is the right one."""
     reasons: tuple[str, ...]
-    """Sentences for people, the weightiest first; none of a drive that is localized."""
+    """Sentences for people, most important first; none for a localized drive."""
     segments: tuple[UnknownSegment, ...]
-    """The longest, in the order of time."""
+    """The longest segments, in time order."""
 
     @property
     def summary(self) -> str:
@@ -41,7 +41,7 @@ class DriveQuality:
         return " ".join([f"The drive is {self.verdict.value}: {self._extent}.", *self.reasons, *self._where])
 
     def as_dict(self) -> dict[str, object]:
-        """For reports."""
+        """The entry in reports."""
         return {
             "verdict": self.verdict.value,
             "known_share": self.known_share,

@@ -1,4 +1,4 @@
-"""How far the estimates of a drive move, without what they jitter and jump."""
+"""Distance covered by the estimates of a drive, without jitter and jumps."""
 
 import math
 
@@ -7,17 +7,17 @@ from racecar.maps.geometry.se2 import Pose, wrap_angle
 
 
 class PoseSteps:
-    """Steps between estimates that are notably apart; an estimate in between belongs to the step to come."""
+    """Steps between sufficiently distant estimates; those in between belong to the next step."""
 
     def __init__(self, distance: float, angle: float = math.inf) -> None:
-        """In metres and radians, of which one must be reached."""
+        """Thresholds in metres and radians; a step ends when either is reached."""
         self._least_distance, self._least_angle = distance, angle
         self._last: Pose | None = None
 
     def follow(self, estimate: PoseEstimate) -> tuple[float, float]:
-        """The metres and radians of the step that ends here; 0 where none does.
+        """Metres and radians of the step that ends here; 0 if none does.
 
-        Where the estimate was searched anew, no step leads there.
+        No step leads to an estimate from a new search.
         """
         pose = estimate.map_from_base
         if self._last is None or estimate.is_start:

@@ -1,4 +1,4 @@
-"""The parts of a drive on which the car's place is not known, gathered on the way."""
+"""Collect the parts of a drive on which the car's place is unknown."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -9,37 +9,37 @@ from numpy.typing import NDArray
 from racecar.localization.pose_estimate import PoseEstimate
 
 _SHORTEST = 0.5
-"""Seconds of an unknown place that are reported, and between two that are one, since nobody looks for a
-shorter one. By judgement."""
+"""Shortest reported segment in seconds, and shortest gap between two, since nobody looks for a shorter one.
+Chosen by judgement."""
 _MOST = 20
-"""Segments that are reported, the longest, so that a report stays readable. By judgement."""
+"""Number of longest segments that are reported, so that a report stays readable. Chosen by judgement."""
 
 
 @dataclass(frozen=True, eq=False)
 class UnknownSegment:
-    """A part of the drive on which the car's place was not known."""
+    """A part of the drive on which the car's place was unknown."""
 
     seconds: tuple[float, float]
-    """Since the drive began."""
+    """Start and end in seconds since the drive began."""
     place: NDArray[np.float64]
-    """(2,) metres in the map, where the car was taken to be at its beginning."""
+    """(2,) metres in the map: the estimated position at its beginning."""
     is_lost: bool
-    """Whether the car was rather elsewhere; else several places were possible, or a wide one."""
+    """Whether the car was probably elsewhere; else several places were possible, or a large one."""
 
     @property
     def length(self) -> float:
-        """Seconds."""
+        """Duration in seconds."""
         return self.seconds[1] - self.seconds[0]
 
     @property
     def words(self) -> str:
-        """For people."""
+        """Description for people."""
         begin, end = self.seconds
         when = f"at {begin:.0f} s" if self.length < 1.0 else f"at {begin:.0f} to {end:.0f} s"
         return f"{when} near x {self.place[0]:.1f} m, y {self.place[1]:.1f} m"
 
     def as_dict(self) -> dict[str, object]:
-        """For reports."""
+        """The entry in reports."""
         return {
             "from_s": self.seconds[0],
             "to_s": self.seconds[1],
@@ -50,14 +50,14 @@ class UnknownSegment:
 
 
 class UnknownSegments:
-    """Joins scans of an unknown place; the shortest segments are forgotten when there are too many."""
+    """Merges scans of an unknown place to segments; the shortest are dropped when there are too many."""
 
     def __init__(self) -> None:
         self._segments: tuple[UnknownSegment, ...] = ()
-        """Replaced as a whole, so that any thread may read them."""
+        """Replaced atomically, so that any thread may read it."""
 
     def follow(self, estimate: PoseEstimate, begin: float, end: float) -> None:
-        """Take in a scan that stands for the time between some seconds of the drive."""
+        """Add a scan that covers the time from ``begin`` to ``end`` in seconds of the drive."""
         if estimate.is_place_known:
             return
         last = self._segments[-1] if self._segments else None
@@ -71,12 +71,12 @@ class UnknownSegments:
 
     @property
     def longest(self) -> tuple[UnknownSegment, ...]:
-        """In the order of time."""
+        """The longest segments in time order."""
         notable = [segment for segment in self._segments if segment.length >= _SHORTEST]
         return longest_of(notable, _MOST)
 
 
 def longest_of(segments: Sequence[UnknownSegment], count: int) -> tuple[UnknownSegment, ...]:
-    """At most so many, in the order of time."""
+    """At most ``count`` of the longest segments, in time order."""
     longest = sorted(segments, key=lambda segment: segment.length)[-count:]
     return tuple(sorted(longest, key=lambda segment: segment.seconds))

@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 WORLD, UNDECIDED, FIXED = -1, 0, 1
-"""Votes, with signs such that they can be summed."""
+"""Votes, signed so that they can be summed."""
 _WIDEST = 0.35
 """Radians to each side of the search window, since an object right before the laser may have any bearing."""
 

@@ -9,7 +9,7 @@ _INDEPENDENCE = 0.1
 """Weight of a term in a match's information, because neighbouring beams, and one scan in many pairs, have
 correlated errors. Measured in a prototype on aces, fr079 and intel."""
 _REGULAR = 1e-3 * np.eye(3)
-"""Information, in 1/m² and 1/rad², added for invertibility: a standard deviation of 30 m or rad."""
+"""Information, in 1/m² and 1/rad², added so that it is invertible: a standard deviation of 30 m or rad."""
 
 
 def match_information(hessian: NDArray[np.float64], residual: float) -> NDArray[np.float64]:
