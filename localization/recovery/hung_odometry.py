@@ -25,7 +25,7 @@ _LEAST_SPEED = 0.1
 """Metres or radians per second below which a better fit does not count, since a car with locked wheels ends
 up standing slightly farther on. Chosen by judgement."""
 _SCANS_PER_SECOND = 2.0
-"""Log-likelihoods counted per second; those of one moment have correlated errors. Chosen by judgement."""
+"""Log-likelihoods counted per second, since errors at one moment are correlated. Chosen by judgement."""
 _LARGEST_RATE = 30.0
 """Maximum log-odds per second, so that a third of a second decides in clear cases. Chosen by judgement."""
 _WINNING_LOG_ODDS = 10.0
@@ -64,7 +64,7 @@ class HungOdometry:
             return False
         self._rival = None
         self._learning.leave_out_odometry(scan.stamp, rival.speed)
-        hypotheses.go_on_about(rival.map_from_base)
+        hypotheses.continue_at(rival.map_from_base)
         return True
 
 

@@ -24,7 +24,7 @@ from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 
-_NEWS_AFTER = 0.02
+_COUNTS_AFTER = 0.02
 """Metres plus radians of motion after which a scan counts, since scans of a standing car repeat themselves:
 counted as independent they would narrow the cloud to a point. Chosen by judgement."""
 _LOOK_AGAIN_AFTER = 0.5
@@ -69,12 +69,12 @@ class Hypotheses:
         """Poses (N, 3) and weights (N,) of the current hypothesis after the last scan or start."""
         self._travel = self._seconds = 0.0
         """Since the last weighted scan."""
-        self._sought: Region | None = None
+        self._search_region: Region | None = None
         """Region to search with the first scan; None if it weights the particles."""
         self.believed = PoseHypothesis(self._cloud(np.zeros((1, 3))), PlaceJudge(), 0)
         self._other: PoseHypothesis | None = None
         self._lookout = Lookout()
-        self._news_seconds = 0.0
+        self._counted_seconds = 0.0
         """Time since the last counted scan; 0 if the present one does not count."""
         self.start_in(ANYWHERE)
 
@@ -95,9 +95,9 @@ class Hypotheses:
         """Restart anywhere in a region, which is searched with the next scan."""
         free_space = self.perception.free_space.within(region)
         self._start_from(free_space.draw_poses(self.config.scattered_particles, self._rng))
-        self._sought = region
+        self._search_region = region
 
-    def go_on_about(self, map_from_base: Pose) -> None:
+    def continue_at(self, map_from_base: Pose) -> None:
         """Continue the current hypothesis around another pose (3,), as uncertain as after a push."""
         noise = self._rng.standard_normal((self.config.particles, 3))
         self.believed.particles = self._cloud(map_from_base + _PUSHED * noise)
@@ -115,16 +115,16 @@ class Hypotheses:
 
     def weigh(self, points: EndPoints) -> None:
         """Add a scan, if it has points and counts."""
-        self._news_seconds = 0.0
+        self._counted_seconds = 0.0
         if len(points) == 0:
             return
         if not self.is_started:
             self._begin(points)
-        elif self._is_news():
+        elif self._counts():
             travel = max(self._travel, _UNNOTICED)
             for each in self._all:
                 each.weigh(points, travel, self.perception)
-            self._news_seconds = self._seconds
+            self._counted_seconds = self._seconds
         else:
             return
         self._travel = self._seconds = 0.0
@@ -137,7 +137,7 @@ class Hypotheses:
         """The estimate of the winner, which is the current hypothesis from now on."""
         if estimate.fit is None:
             return estimate
-        estimate = self._looked_out(estimate, points, seconds)
+        estimate = self._compared_with_map(estimate, points, seconds)
         stamp, is_lost = estimate.stamp, self.believed.judge.probability_lost >= _SEARCH_FROM
         if is_lost and (self._other is None or self._other.has_failed(stamp)):
             judge = self.believed.judge.for_another_place()
@@ -150,7 +150,7 @@ class Hypotheses:
             self._other = None
         elif self._other.judge.probability_lost < CONFIRMED_BELOW:
             self.believed, self._other = self._other, None
-            self._lookout.start_anew()
+            self._lookout.reset()
             return elsewhere
         return estimate
 
@@ -160,14 +160,14 @@ class Hypotheses:
             each.resample(self.config)
         self._show()
 
-    def _looked_out(self, estimate: PoseEstimate, points: EndPoints, seconds: float) -> PoseEstimate:
+    def _compared_with_map(self, estimate: PoseEstimate, points: EndPoints, seconds: float) -> PoseEstimate:
         """The estimate of the current hypothesis, compared with a part of the map if the scan counts."""
         if not self.believed.is_known or estimate.is_start:
-            self._lookout.start_anew()
+            self._lookout.reset()
             return estimate
-        if self._news_seconds == 0.0:
+        if self._counted_seconds == 0.0:
             return estimate
-        look = self._lookout.look(estimate.map_from_base, points, self._news_seconds, self.perception)
+        look = self._lookout.look(estimate.map_from_base, points, self._counted_seconds, self.perception)
         if look is None:
             return estimate
         if look.margin < -_BETTER:
@@ -198,8 +198,8 @@ class Hypotheses:
         """Restart from poses (N, 3), among which the next scan selects."""
         self.believed = PoseHypothesis(self._cloud(map_from_base), self.believed.judge.for_another_place(), 0)
         self._other = None
-        self._lookout.start_anew()
-        self._sought = None
+        self._lookout.reset()
+        self._search_region = None
         self.is_started = False
         self._show()
 
@@ -207,9 +207,9 @@ class Hypotheses:
         """Replaced atomically, so that readers neither wait nor see a mix of two scans."""
         self.shown = self.believed.particles.map_from_base, self.believed.particles.weights
 
-    def _is_news(self) -> bool:
+    def _counts(self) -> bool:
         """Whether a scan counts: the car has moved, or may have been moved unnoticed."""
-        if self._travel >= _NEWS_AFTER:
+        if self._travel >= _COUNTS_AFTER:
             return True
         if self._seconds < _LOOK_AGAIN_AFTER:
             return False
@@ -219,8 +219,8 @@ class Hypotheses:
     def _begin(self, points: EndPoints) -> None:
         """Add the first scan, which selects the start poses."""
         self.is_started = True
-        if self._sought is not None:
-            self.believed.particles = self._search(points, self._sought)
+        if self._search_region is not None:
+            self.believed.particles = self._search(points, self._search_region)
         else:
             given = self.believed.particles.map_from_base
             self.believed.particles = self._chosen(given, points, _FIRST_SCAN_SHARE)

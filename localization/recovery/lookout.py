@@ -45,9 +45,9 @@ class Lookout:
     """Compares scans with the whole map, a part at a time."""
 
     def __init__(self) -> None:
-        self.start_anew()
+        self.reset()
 
-    def start_anew(self) -> None:
+    def reset(self) -> None:
         """Discard comparisons with another current place."""
         self._looked_at = self._seconds = 0.0
         self._least = inf
@@ -71,7 +71,7 @@ class Lookout:
         whole_margin = None
         if self._looked_at >= perception.places.coarse_count:
             whole_margin = self._least
-            self.start_anew()
+            self.reset()
         return Look(seconds, margin, whole_margin)
 
     @staticmethod

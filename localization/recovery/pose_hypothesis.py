@@ -33,7 +33,7 @@ class PoseHypothesis:
         self._covariance = np.zeros((3, 3))
         """Covariance of the last estimate while it was."""
         self._stamp = stamp
-        self._is_news = False
+        self._is_weighted = False
         """Whether the current scan was weighted."""
 
     def weigh(self, points: EndPoints, travel: float, perception: Perception) -> None:
@@ -42,7 +42,7 @@ class PoseHypothesis:
         While the place is known, only points that the map explains count. A few particles are proposed where
         the scan aligns with walls, perhaps outside the cloud, with the last estimate's covariance.
         """
-        self._is_news = True
+        self._is_weighted = True
         if self.is_known:
             map_from_base, covariance, _ = self.particles.moments()
             self.particles.propose(perception.aligned(map_from_base, covariance, points), self._covariance)
@@ -62,9 +62,9 @@ class PoseHypothesis:
         fit = perception.fit(map_from_base, points)
         if fit is not None:
             self.judge.judge(fit, seconds)
-            if self._is_news and self.is_known and self.judge.probability_lost < _SURELY_HERE:
+            if self._is_weighted and self.is_known and self.judge.probability_lost < _SURELY_HERE:
                 perception.learn_surface(map_from_base, points)
-        self._is_news = False
+        self._is_weighted = False
         return PoseEstimate(
             stamp=stamp,
             map_from_base=map_from_base,
