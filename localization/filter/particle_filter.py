@@ -16,10 +16,10 @@ _FULL_SLIP = np.ones(2)
 _INDEPENDENT_AFTER = 0.1
 """Metres plus radians since the last scan after which a scan has full weight, since map errors affect nearby
 scans alike: two cells of a usual map. Measured: where all count in full, a quarter of the errors of slow
-recordings lie outside the 95 % ellipse; with 0.2 more of cars whose wheels tell half get lost."""
+recordings lie outside the 95 % ellipse; with 0.2 more of cars whose wheels report half get lost."""
 _MOST_EVIDENCE = 6.0
 """Largest log-likelihood of a scan against a particle, because no single scan may rule one out. Measured:
-without that, after a second without odometry a car is elsewhere for three in one of six drives."""
+without that, after a second without odometry a car is misplaced for three seconds in one of six drives."""
 _INJECTION_INTERVAL = 20
 """One in this many particles is injected for odometry that is entirely wrong. Measured: without that fr079,
 whose odometry counts reversing as driving forward, was lost for minutes."""

@@ -31,7 +31,7 @@ _LEAST_CLOUD = 0.05
 of a usual map. Chosen by judgement."""
 _BELIEF = 1.4
 """Factor by which the published covariance widens the cloud's, since correlated errors make it too narrow.
-Measured on foreign drives: nearly all errors lie inside the 95 % ellipse, 89 % where wheels tell half."""
+Measured on foreign drives: nearly all errors lie inside the 95 % ellipse, 89 % where wheels report half."""
 _REACH, _REACH_CELLS = 0.25, 3.0
 """Metres, and minimum number of cells, of the finite differences of the misfit: more than the steps of an
 oblique wall, less than a doorway. Measured: with 0.15 thick walls of cells of 5 cm at 37°, whose steps repeat

@@ -31,7 +31,7 @@ def rematched(
     Loop closures are kept. Wheel constraints are rebuilt; where they ``are_refuted`` (K - 1,), they count
     fully only if scans are misled there. Matches over such steps are kept if the wheels do not contradict
     them: most over many steps are right, and better than chained wheels. Keyframes that would lose all
-    constraints keep their old ones, and so do trimmed scans, which cannot be matched again.
+    constraints keep their old ones, and so do trimmed scans, since nothing can be matched there.
     """
     is_kept = store.is_kept
     pairs = pairs_along_path(range(len(is_kept)))
@@ -44,16 +44,16 @@ def rematched(
     are_over = along.spans.are_over(are_misled)
     left_out = are_over & along.are_contradicted(~are_over)
     constraints = [match for match, is_out in zip(matches, left_out, strict=True) if not is_out]
-    tied = {constraint.to_keyframe for constraint in constraints}
+    connected = {constraint.to_keyframe for constraint in constraints}
     for c in by_wheels:
         if are_misled[c.from_keyframe] or not are_refuted[c.from_keyframe]:
             constraints.append(c)
-            tied.add(c.to_keyframe)
-        elif c.to_keyframe in tied:
+            connected.add(c.to_keyframe)
+        elif c.to_keyframe in connected:
             constraints.append(c.loosened(poses))
     for c in graph.constraints:
         is_trimmed = c.kind == "scan_matching" and not is_kept[[c.from_keyframe, c.to_keyframe]].all()
-        if c.kind == "loop_closure" or c.to_keyframe not in tied or is_trimmed:
+        if c.kind == "loop_closure" or c.to_keyframe not in connected or is_trimmed:
             constraints.append(c)
     if with_first_pass:
         constraints += constrain(pairs_with_first_pass(poses, is_kept), poses, store)

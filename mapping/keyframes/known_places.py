@@ -35,15 +35,15 @@ def matches_with_known(
     """Scan matches of those ``candidates`` (C,), ascending, whose place earlier keyframes show, each with the
     most similar of these. The poses (K, 3) are those of all keyframes."""
     pairs = _pairs_with_known(candidates, map_from_keyframe, loops)
-    ties = constrain(pairs, map_from_keyframe, loops.store)
-    return [tie for tie in ties if _share_shown(tie, loops.store) > _MIN_COVERAGE]
+    matches = constrain(pairs, map_from_keyframe, loops.store)
+    return [match for match in matches if _share_shown(match, loops.store) > _MIN_COVERAGE]
 
 
-def _share_shown(tie: Constraint, store: ScanStore) -> float:
+def _share_shown(match: Constraint, store: ScanStore) -> float:
     """Share of both scans' points on each other's surfaces: a scan from behind a wall has few, however
     close."""
-    pair = np.array([[tie.from_keyframe, tie.to_keyframe]])
-    return see_through(store, pair, IDENTITY[None], tie.from_pose_to_pose[None]).coverage
+    pair = np.array([[match.from_keyframe, match.to_keyframe]])
+    return see_through(store, pair, IDENTITY[None], match.from_pose_to_pose[None]).coverage
 
 
 def _pairs_with_known(

@@ -182,7 +182,7 @@ def _legs(lag: int, of_lag: Mapping[int, _Motions]) -> list[_Motions]:
 
 
 def poses_by_wheels(poses: Pose, along: MatchesAlongPath, where: NDArray[np.bool_]) -> Pose:
-    """The poses (K, 3) if the wheels are believed in some steps (K - 1,)."""
+    """The poses (K, 3) if the wheels are trusted in some steps (K - 1,)."""
     steps = between(poses[:-1], poses[1:])
     believed = where & ~np.isnan(along.steps[:, 0])
     steps[believed] = along.steps[believed]

@@ -28,8 +28,8 @@ _WRONG_FACTOR = 2.5
 """Expected error, relative to the limit of a good map, from which a map is wrong and not only doubtful.
 Measured likewise."""
 _MOST_SCALE = 1.25
-"""Ratio of lengths by scans and by wheels from which one of both must be wrong. Chosen by judgement: worn
-tyres and wrong settings make some per cent, scans that do not move make any. Good maps had 1.07 at most."""
+"""Ratio of lengths by scans and by wheels from which either must be wrong. Chosen by judgement: worn tyres
+and wrong settings make some per cent, scans that do not move make any. Good maps had 1.07 at most."""
 _MOST_OVERRULED = 0.5
 """Share of steps in which scans may contradict the wheels. Chosen by judgement: wheels slip now and then, and
 a robot is carried for a while."""

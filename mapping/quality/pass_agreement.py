@@ -1,8 +1,8 @@
 """Whether different passes through a place agree about it.
 
-If a scan sees through a return of another pass, one of both is misplaced. How much neighbours along the path
-see through each other, at the same distance of viewpoints, shows what is usual for this sensor and place:
-legs of people, glass, edges.
+If a scan sees through a return of another pass, either is misplaced. How much neighbours along the path see
+through each other, at the same distance of viewpoints, shows what is usual for this sensor and place: legs of
+people, glass, edges.
 """
 
 from dataclasses import dataclass

@@ -22,7 +22,7 @@ _PLACES = 60
 _MOST = 0.9
 """The quantile that represents the bad part of a map, because the mean hides a single tear."""
 _BARE = 0.03
-"""Share of lines below which a scan has no second direction of walls, because so many are noise."""
+"""Share of lines below which a scan has no second direction of walls, because that much is noise."""
 
 
 @dataclass(frozen=True, eq=False)

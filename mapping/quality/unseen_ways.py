@@ -1,6 +1,6 @@
 """Motion that neither scans nor wheels observed.
 
-A standing car sees the same again, and so does one that moves along bare walls. Wheels tell the two apart,
+A standing car sees the same again, and so does one that drives along bare walls. Wheels distinguish the two,
 unless it is carried; without wheels nothing does.
 """
 

@@ -2,9 +2,9 @@
 shows places as they are now.
 
 A keyframe is removed when later drives passed it: their scans are newer, and as good. Its constraints pass on
-to the remaining keyframes. (Keeping the map of a changing place small by what scans are worth: Kretzschmar
-and Stachniss, IJRR 2012; dropping the scans of what has changed: Walcott-Bryant et al., "Dynamic pose graph
-SLAM", IROS 2012.)
+to the remaining keyframes. (Keeping the map of a changing place small by the information in scans:
+Kretzschmar and Stachniss, IJRR 2012; dropping the scans of what has changed: Walcott-Bryant et al., "Dynamic
+pose graph SLAM", IROS 2012.)
 """
 
 from dataclasses import replace

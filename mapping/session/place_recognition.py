@@ -30,7 +30,7 @@ _TRIED = 4
 takes."""
 _MIN_SUPPORT = 2
 """Submaps whose hypotheses must be consistent. Measured on 42 pairs of recordings from different buildings,
-never two were; drives of 10 m through a mapped room had so many."""
+never two were; drives of 10 m through a mapped room had as many."""
 _VERIFIED_SHARE = 0.5
 """Share of the last submaps tried that must be consistent, because in another building some are verified by
 chance sooner or later, and most of the right ones are."""

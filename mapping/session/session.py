@@ -1,4 +1,4 @@
-"""A session: what a later drive needs of earlier ones to carry on their map.
+"""A session: the data of earlier drives that a later one needs to extend their map.
 
 Its arrays; K keyframes, C constraints, S submaps, E edges, H hypotheses:
 
@@ -7,29 +7,29 @@ name                          shape, type         meaning
 ============================  ==================  ============================================================
 keyframe_from_base            (K, 3) float64      inverse of the laser's mount on the car: metres, radians
 map_from_keyframe             (K, 3) float64      poses of the laser in the map: metres, radians
-drives                        (K,) int32          the drive that each keyframe is of, in the order of time
-scans.counts                  (K,) int16          points of each keyframe; 0 where it was trimmed
+drives                        (K,) int32          drive of each keyframe, in time order
+scans.counts                  (K,) int16          number of points of each keyframe; 0 if trimmed
 scans.points                  (sum, 2) float32    metres in the laser frame, ascending in bearing
-scans.normals                 (sum, 2) float32    unit vectors towards the laser; (0, 0) where there is none
-rays.lengths                  (K,) int64          rays of each keyframe; likewise
-rays.returns                  (K,) int64          how many of them are returns; these come first
+scans.normals                 (sum, 2) float32    unit vectors towards the laser; (0, 0) for none
+rays.lengths                  (K,) int64          number of rays of each keyframe; likewise
+rays.returns                  (K,) int64          number of returns among them; these come first
 rays.ends                     (sum, 2) float32    metres in the laser frame
 constraints.keyframes         (C, 2) int32        from, to
-constraints.poses             (C, 3) float64      the second keyframe seen from the first: metres, radians
+constraints.poses             (C, 3) float64      second keyframe relative to the first: metres, radians
 constraints.information       (C, 3, 3) float64   in the tangent frame of the second keyframe
 constraints.kinds             (C,) int8           0 odometry, 1 scan matching, 2 loop closure
 loops.submaps                 (S, 3) int32        first, middle and last keyframe
 loops.path                    (K,) float64        metres driven
 loops.edges                   (E, 3) int32        submap, submap, 1 when a loop closure connects them
-loops.variances               (V, 2) float64      of the first V keyframes, what the steps to each may err
-                                                  in all: square metres, square radians
+loops.variances               (V, 2) float64      accumulated variances of the steps to each of the first
+                                                  V keyframes: square metres, square radians
 loops.hypothesis_submaps      (H, 2) int32        fixed, moving; both of this session
-loops.hypothesis_poses        (H, 3) float64      middle of the moving one seen from that of the fixed one
+loops.hypothesis_poses        (H, 3) float64      centre of the moving one relative to that of the fixed
 loops.hypothesis_information  (H, 3, 3) float64   in the tangent frame of the moving one
-loops.hypothesis_reaches      (H,) float64        metres that count as searched to find it
-loops.hypothesis_accepted     (H,) bool           is it a loop closure?
-loops.log_names               (L,) text           what loop closure counted
-loops.log_counts              (L,) int64          how often
+loops.hypothesis_reaches      (H,) float64        metres of search window that it is judged by
+loops.hypothesis_accepted     (H,) bool           whether it is a loop closure
+loops.log_names               (L,) text           events of loop closure
+loops.log_counts              (L,) int64          number of each
 ============================  ==================  ============================================================
 """
 

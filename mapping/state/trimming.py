@@ -49,16 +49,16 @@ def trim_known_keyframes(state: MapperState, index: int) -> None:
     if len(candidates) == 0 or is_room_left or not knows_places:
         return
     with state.timed("scan matching"):
-        ties = matches_with_known(candidates, state.map_from_keyframe, state.loops)
-    if not ties:
+        matches = matches_with_known(candidates, state.map_from_keyframe, state.loops)
+    if not matches:
         return
     with state.timed("optimization"):
-        tied = state.graph.followed_by(ties)
-        solved = tied.optimize_since(state.map_from_keyframe[:until], first)
+        extended = state.graph.followed_by(matches)
+        solved = extended.optimize_since(state.map_from_keyframe[:until], first)
         last_from_later = between(state.map_from_keyframe[until - 1], state.map_from_keyframe[until:])
         state.map_from_keyframe = np.concatenate([solved, compose(solved[-1], last_from_later)])
-        state.graph = tied
-    _trim_keyframes(state, np.array([tie.to_keyframe for tie in ties]))
+        state.graph = extended
+    _trim_keyframes(state, np.array([match.to_keyframe for match in matches]))
     state.graph.trim(state.keyframes.is_kept, first)
 
 

@@ -64,7 +64,7 @@ six degrees, less than the smallest yaw error."""
 _MAX_ONE_WAY = 0.55
 """Length of the mean unit vector of travel up to which a robot drove back and forth, so that slipping
 sideways on a slope is not taken for a rotated laser. Measured in simulation: 0.58 where it had gone up such a
-slope and half of the way back, and still seemed turned."""
+slope and halfway back, and still seemed turned."""
 _MAX_OFFSET_SIGMA = 0.03
 """Metres, maximum standard deviation of an offset that is used. Chosen by judgement: a cell of the map."""
 

@@ -114,11 +114,11 @@ def _whole_pieces(scan: Scan, beams: int, step: float) -> NDArray[np.float64]:
 
 
 def _agreed(pieces: Sequence[_Pieces]) -> WallStraightness | None:
-    told = [_factors_of(each) for each in pieces]
-    if not told:
+    estimates = [_factors_of(each) for each in pieces]
+    if not estimates:
         return None
-    factors = np.concatenate([factors for factors, _ in told])
-    scans = np.unique(np.concatenate([scans for _, scans in told]))
+    factors = np.concatenate([factors for factors, _ in estimates])
+    scans = np.unique(np.concatenate([scans for _, scans in estimates]))
     if len(factors) < _MIN_WALLS or len(scans) < _MIN_SCANS:
         return None
     low, middle, high = np.quantile(factors, [0.25, 0.5, 0.75]).tolist()

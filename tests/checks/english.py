@@ -1,13 +1,21 @@
-"""The texts that users read, and phrases that no reader of English would write there."""
+"""The texts that users and developers read, and phrases that no reader of English would write there."""
 
 import ast
+import io
 import re
+import tokenize
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 REPOSITORY = Path(__file__).parents[2]
 ROOMS = ("maps", "sensors", "mapping", "localization", "pipelines", "benchmarks")
+ROOMS_IN_PLAIN_ENGLISH = ("maps", "sensors", "mapping", "localization")
+NOT_YET = (
+    *("localization/odometry", "sensors/clocks", "sensors/corrections.py", "sensors/findings.py"),
+    *("sensors/motion", "sensors/sentences.py"),
+)
+"""Their docstrings are not read yet."""
 PHRASES = (
     # reports, says, shows or is known: what is not a person tells nothing
     r"\b(nothing|nobody|scans|wheels|walls|motion|odometry) tells?\b",
@@ -68,7 +76,52 @@ PHRASES = (
     r"\bWhat is in it\b|\bwrong with it\b",
     r"\bbut for measured\b|\bbut for two\b",
 )
-_ODD = re.compile("|".join(f"(?:{phrase})" for phrase in PHRASES), re.IGNORECASE)
+PHRASES_OF_CODE = (
+    # a sentence without a subject: "Samples of", "Number of", "So that" for "Moved last, so that"
+    r"\A(of|because|so that|as of)\b",
+    r"(?<!chosen )\bby judgement\b",
+    # search for, restart, zero, back and forth
+    r"\bsee(k|ks|king)\b",
+    r"\banew\b",
+    r"\bnought\b",
+    r"\bhither\b",
+    r"\b(is|are) (looked for|searched on|asked for|tried)\b",
+    # shows, reports; information, weight, evidence
+    r"\btells? (of|how|what|the|by|whether|nothing|it|a|where|which|that|no|people)\b",
+    r"\bsays? (of|nothing of)\b|\bknown of\b",
+    r"\b(is|are|be) worth\b",
+    r"\bspeaks? (for|against)\b",
+    r"\b(is|are) believed\b",
+    # sees through, correspondence, aligned with, constraint
+    r"\blook(s|ed)? through\b",
+    r"\b(a|without|no) partners?\b|\bpartners are\b",
+    r"\bweighs? a quarter\b",
+    r"\blaid on the (walls|lines)\b",
+    r"\btied\b",
+    # fixed to the robot; the centre of a submap
+    r"\b(what|that) moves? along\b",
+    r"\bmiddles?\b[\w ]* of (the|a|both) submaps?\b",
+    # ``count``, number of, factor, difference, standard deviation in metres
+    r"\bso (many|much|few)\b(?! (that|returns|motions))",
+    r"\bby (what|how much|how many)\b",
+    r"\b(metres|radians) of standard deviation\b",
+    # relative to, from 5 m, except for, in time order, snapshot, add a scan
+    r"\bseen from (it|them|each|the first|poses)\b",
+    r"\bfrom which on\b",
+    r"\bbut for (those|two|what|jitter|gaps|loop)\b",
+    r"\bin the order of time\b",
+    r"\bas it is now\b",
+    r"\btakes? in (a|the|by|how)\b",
+    r"\bgo(es)? on (about|from|growing)\b",
+    r"\bas it does\b|\bas they do\b",
+)
+
+
+def _any_of(phrases: tuple[str, ...]) -> re.Pattern[str]:
+    return re.compile("|".join(f"(?:{phrase})" for phrase in phrases), re.IGNORECASE)
+
+
+_ODD, _ODD_IN_CODE = _any_of(PHRASES), _any_of(PHRASES + PHRASES_OF_CODE)
 
 
 class Text(NamedTuple):
@@ -79,9 +132,10 @@ class Text(NamedTuple):
     words: str
 
 
-def odd_phrases(words: str) -> list[str]:
-    """The phrases in a text that should not be there."""
-    return [found[0] for found in _ODD.finditer(" ".join(words.split()))]
+def odd_phrases(words: str, *, in_code: bool = False) -> list[str]:
+    """The phrases in a text, or in a docstring or comment, that should not be there."""
+    pattern = _ODD_IN_CODE if in_code else _ODD
+    return [found[0] for found in pattern.finditer(" ".join(words.split()))]
 
 
 def texts() -> Iterator[Text]:
@@ -93,6 +147,27 @@ def texts() -> Iterator[Text]:
     for room in ROOMS:
         for path in sorted((REPOSITORY / room).rglob("*.py")):
             yield from _strings(path, with_docstrings=path.parent.name == "commands")
+
+
+def remarks() -> Iterator[Text]:
+    """The docstrings and comments of the packages that are written in plain English."""
+    for room in ROOMS_IN_PLAIN_ENGLISH:
+        for path in sorted((REPOSITORY / room).rglob("*.py")):
+            if not any(path.is_relative_to(REPOSITORY / folder) for folder in NOT_YET):
+                yield from _docstrings(path)
+                yield from _comments(path)
+
+
+def _docstrings(path: Path) -> Iterator[Text]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            yield Text(path, node.lineno, str(node.value.value))
+
+
+def _comments(path: Path) -> Iterator[Text]:
+    for token in tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline):
+        if token.type == tokenize.COMMENT:
+            yield Text(path, token.start[0], token.string)
 
 
 def _paragraphs(text: str) -> Iterator[tuple[int, str]]:

@@ -1,8 +1,8 @@
-"""What users read is plain English: the phrases that were found odd once do not come back."""
+"""What users and developers read is plain English: phrases that were found odd once do not come back."""
 
 import pytest
 
-from tests.checks.english import PHRASES, REPOSITORY, Text, odd_phrases, texts
+from tests.checks.english import PHRASES, PHRASES_OF_CODE, REPOSITORY, Text, odd_phrases, remarks, texts
 
 ALL = list(texts())
 
@@ -14,6 +14,18 @@ def _where(text: Text) -> str:
 def test_no_odd_phrase_comes_back() -> None:
     found = {_where(text): odd for text in ALL if (odd := odd_phrases(text.words))}
     assert found == {}
+
+
+def test_no_odd_phrase_comes_back_into_docstrings_and_comments() -> None:
+    found = {_where(text): odd for text in remarks() if (odd := odd_phrases(text.words, in_code=True))}
+    assert found == {}
+
+
+def test_docstrings_and_comments_are_looked_at() -> None:
+    words = [" ".join(text.words.split()) for text in remarks()]
+    assert any(text.startswith("The mapper: one scan at a time") for text in words)  # a module
+    assert "Number of rows." in words  # a field
+    assert "# both are misses" in words  # a comment
 
 
 def test_everything_that_users_read_is_looked_at() -> None:
@@ -40,3 +52,22 @@ def test_everything_that_users_read_is_looked_at() -> None:
 def test_odd_phrases_are_recognized(sentence: str, odd: list[str]) -> None:
     assert odd_phrases(sentence) == odd
     assert len(PHRASES) >= 40
+
+
+@pytest.mark.parametrize(
+    ("docstring", "odd"),
+    [
+        ("Of a drive so far.", ["Of"]),
+        ("Metres of a cell; by judgement: twice what is fixed.", ["by judgement"]),
+        ("Metres of a cell. Chosen by judgement: twice the tolerance.", []),
+        (
+            "At most so many keyframes, from which on\n    it is sought.",
+            ["so many", "from which on", "sought"],
+        ),
+        ("Returns that the other scan looks through.", ["looks through"]),
+        ("Returns that the other scan sees through.", []),
+    ],
+)
+def test_odd_phrases_are_recognized_in_docstrings(docstring: str, odd: list[str]) -> None:
+    assert odd_phrases(docstring, in_code=True) == odd
+    assert len(PHRASES_OF_CODE) >= 20
