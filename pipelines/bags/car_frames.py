@@ -1,6 +1,6 @@
 """The frames of the car, as a bag holds them or as they are published while it drives: where sensors sit."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from threading import Lock
 from typing import Any
@@ -31,7 +31,7 @@ class CarFrames:
 
     def __init__(
         self,
-        given: Pose | None = None,
+        given: Iterable[float] | None = None,
         given_by: str = "flag",
         base_frame: str = BASE_FRAMES[0],
         links: FrameLinks | None = None,
@@ -89,7 +89,7 @@ class CarFrames:
         """The links that are the odometry, once they were seen to move."""
         with self._lock:
             found = self.links.odometry(sensor_frame)
-        return found if found is not None and found.moves else None
+        return found if found is not None and found.driving.moves else None
 
     def _change(self) -> None:
         self.version += 1

@@ -53,14 +53,14 @@ def check_bag(reader: BagReader, progress: Callable[[float], None] | None = None
         if progress is not None and reader.messages_read % 256 == 0:
             progress(reader.messages_read)
     facts = {
-        "scans": _describe_scans(reader, reader.scan_facts),
+        "scans": _describe_scans(reader, reader.heard.scans),
         "sensor": {
             "place": list(_rounded(reader.base_from_laser)),
             "upside_down": reader.laser_is_upside_down,
             "source": reader.base_from_laser_source,
         },
-        "odometry": _describe_odometry(reader, reader.odometry_facts),
-        "imu": _describe_imu(reader, reader.yaw_rate_facts),
+        "odometry": _describe_odometry(reader, reader.heard.odometry),
+        "imu": _describe_imu(reader, reader.heard.yaw_rates),
     }
     return BagCheck(
         reader.path,

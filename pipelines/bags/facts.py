@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from racecar.sensors.even_sample import EvenSample
 from racecar.sensors.findings import Finding, times
 from racecar.sensors.odometry import Odometry, is_jump
 from racecar.sensors.scan import Scan
@@ -39,24 +40,23 @@ _SWEEPS = 1.75
 and with one missing for 2 at least."""
 _FEW_SAMPLES = 50
 """Samples of a gyroscope that may be equal by chance, where one is read coarsely: by judgement."""
+_MOST_STEPS = 20_000
+"""Between stamps that are kept, for their median: by judgement."""
 
 
 class Spacing:
-    """Steps between stamps; of a long log, a sample of bounded size."""
+    """Steps between stamps."""
 
     def __init__(self) -> None:
         self.first: int | None = None
         self.last: int | None = None
         self.count = 0
-        self._steps: list[int] = []
-        self._stride = 1
+        self._steps = EvenSample[int](_MOST_STEPS)
 
     def add(self, stamp: int) -> None:
         """Take note of the next stamp, in nanoseconds."""
-        if self.last is not None and self.count % self._stride == 0:
-            self._steps.append(stamp - self.last)
-            if len(self._steps) >= 20_000:
-                self._steps, self._stride = self._steps[::2], self._stride * 2
+        if self.last is not None:
+            self._steps.add(stamp - self.last)
         self.first = stamp if self.first is None else self.first
         self.last = stamp
         self.count += 1
@@ -69,12 +69,12 @@ class Spacing:
     @property
     def rate(self) -> float:
         """Messages per second by the median step; 0 where there are fewer than two."""
-        return 1e9 / float(np.median(self._steps)) if self._steps else 0.0
+        return 1e9 / float(np.median(self._steps.values)) if self._steps.values else 0.0
 
     @property
     def shortest(self) -> float:
         """Seconds that a tenth of the steps do not exceed; 0 where there are none."""
-        return float(np.quantile(self._steps, 0.1)) * 1e-9 if self._steps else 0.0
+        return float(np.quantile(self._steps.values, 0.1)) * 1e-9 if self._steps.values else 0.0
 
 
 @dataclass

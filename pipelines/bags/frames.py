@@ -69,7 +69,7 @@ def _until_known(
         if seconds > _FIRST_LOOK and number % _CHECKED_EVERY == 0:
             odometry = links.odometry(sensor_frame) if wants_odometry else None
             is_awaited = odometry is None and seconds < _ODOMETRY_APPEARS
-            is_standing = odometry is not None and not odometry.moves
+            is_standing = odometry is not None and not odometry.driving.moves
             if not (wants_odometry and (is_awaited or is_standing)):
                 return
         yield topic, recorded, message

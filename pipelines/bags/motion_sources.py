@@ -123,18 +123,18 @@ class MotionSources:
     def _open_odometry_links(self, links: FrameLinks, source: PoseSource) -> None:
         """Take the odometry from transforms, where they show the car moving; else say what there is."""
         found = links.odometry(self._scan_frame)
-        if found is not None and found.is_contested and self._named_transforms is None:
+        if found is not None and found.driving.is_contested and self._named_transforms is None:
             self.tells_of_no_odometry = True
             self._findings.append(
                 Finding(
                     "odometry_link_contested",
                     spoils_map=True,
-                    link=" -> ".join(found.driving),
-                    topic=found.driving_topic,
+                    link=str(found.driving),
+                    topic=found.driving.topic,
                 )
             )
             return
-        if found is not None and found.moves:
+        if found is not None and found.driving.moves:
             if source == PoseSource.STANDING and self.odometry is not None:
                 self._findings.append(
                     Finding(
@@ -145,14 +145,14 @@ class MotionSources:
                     )
                 )
             self.odometry_links = found
-            topic = self._store.topics[found.driving_topic]
+            topic = self._store.topics[found.driving.topic]
             self.odometry = first_samples(self._store, topic, self.odometry_converter(Counter()))
             self._findings += [
                 Finding(
                     "odometry_link_stands",
                     link=str(link),
                     topic=link.topic,
-                    moving=" -> ".join(found.driving),
+                    moving=str(found.driving),
                 )
                 for link in links.standing_odometry(found)
             ]

@@ -1,7 +1,8 @@
 """A trajectory that a bag holds as a topic of poses."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,7 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.converters.odometry import pose_in_plane
 from racecar.pipelines.bags.messages import ODOMETRY, POSE, POSE_WITH_COVARIANCE, nanoseconds
-from racecar.pipelines.bags.samples import decode_or_count
-from racecar.pipelines.bags.storage.chunks import BagTopic
+from racecar.pipelines.bags.samples import decoded
 from racecar.pipelines.bags.storage.store import BagStore
 from racecar.pipelines.bags.topics import named_topic
 from racecar.sensors.findings import Finding, counted_findings
@@ -27,20 +27,25 @@ _POSES: Mapping[str, Callable[[Any], Any]] = {
 
 
 def load_pose_topic(bag: Path, name: str) -> tuple[Trajectory, list[Finding]]:
-    """The poses of a topic at the stamps of its messages, and what was left out of them.
+    """The poses of a topic at the stamps of its messages, or when those without were recorded; and what was
+    left out.
 
     Raises UserError when the path holds no bag, the topic is not in it or not of poses, or none is usable.
     """
-    store = BagStore(bag)
-    try:
+    with closing(BagStore(bag)) as store:
         topic = named_topic(store.topics, list(_POSES), name, "Poses")
         counts: Counter[str] = Counter()
         poses: dict[int, Pose] = {}
-        for stamp, pose in _stamped_poses(store, topic, counts):
+        for _, recorded, message in decoded(store, [topic.name], counts):
+            pose = pose_in_plane(_POSES[topic.message_type](message))
+            if pose is None:
+                counts["messages_without_pose"] += 1
+                continue
+            header = nanoseconds(message.header.stamp)
+            stamp = header if header > 0 else recorded
+            counts["stamps_from_recording_time"] += header <= 0
             counts["dropped_duplicates"] += stamp in poses
             poses[stamp] = pose
-    finally:
-        store.close()
     findings = counted_findings(counts)
     if not poses:
         reasons = " ".join(finding.sentence for finding in findings)
@@ -51,21 +56,5 @@ def load_pose_topic(bag: Path, name: str) -> tuple[Trajectory, list[Finding]]:
 
 def pose_topics(bag: Path) -> list[str]:
     """The names of a bag's topics of poses. Raises UserError when the path holds no bag."""
-    store = BagStore(bag)
-    store.close()
-    return [topic.name for topic in store.topics.values() if topic.message_type in _POSES]
-
-
-def _stamped_poses(store: BagStore, topic: BagTopic, counts: Counter[str]) -> Iterator[tuple[int, Pose]]:
-    """Stamp and pose of each usable message; a message without a stamp gives the time of its recording."""
-    for _, recorded, data in store.messages([topic.name]):
-        message = decode_or_count(topic, data, counts)
-        if message is None:
-            continue
-        pose = pose_in_plane(_POSES[topic.message_type](message))
-        if pose is None:
-            counts["messages_without_pose"] += 1
-            continue
-        stamp = nanoseconds(message.header.stamp)
-        counts["stamps_from_recording_time"] += stamp <= 0
-        yield (stamp if stamp > 0 else recorded), pose
+    with closing(BagStore(bag)) as store:
+        return [topic.name for topic in store.topics.values() if topic.message_type in _POSES]

@@ -1,11 +1,9 @@
 """A bag as a stream of measurements; whatever is wrong with real logs is mended or counted."""
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from functools import cached_property, partial
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from racecar.maps.errors import UserError
@@ -20,30 +18,23 @@ from racecar.pipelines.bags.converters.registry import (
     stamp_of,
 )
 from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading, ScanSetup, learn_reading
-from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts, findings_of_rare_scans
+from racecar.pipelines.bags.heard import Heard
 from racecar.pipelines.bags.motion_sources import MotionSources
-from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
 from racecar.pipelines.bags.order import after_their_motion, in_order
 from racecar.pipelines.bags.part import BagPart
-from racecar.pipelines.bags.repeated_scans import RepeatedScans
 from racecar.pipelines.bags.samples import Samples, decode_or_count, decoded, first_samples
-from racecar.pipelines.bags.scan_gaps import ScanGaps
 from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
 from racecar.pipelines.bags.storage.store import BagStore
 from racecar.pipelines.bags.topics import choose_scans, list_topics
-from racecar.sensors.clocks.clock_rate import ClockRate, drift_finding
 from racecar.sensors.clocks.recorded_stamps import RecordedStamps
 from racecar.sensors.clocks.topic_clock import SteadyClock
 from racecar.sensors.config import SensorConfig
 from racecar.sensors.corrections import NO_CORRECTIONS, Corrections, Corrector
-from racecar.sensors.findings import Finding, counted_findings
+from racecar.sensors.findings import Finding
 from racecar.sensors.measurement import Measurement
-from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
-_CLOCK_FAULTS = ("clock_jumps", "stamps_that_stood_still", "stamps_from_recording_time")
-"""Counts of messages whose headers show no time, or one that was set."""
 _LONGEST_SWEEP = 1.0
 """Seconds; the slowest scanners, of the RPLIDAR kind, turn twice a second."""
 
@@ -65,7 +56,7 @@ class BagReader:
         imu_topic: str | None = None,
         use_odometry: bool = True,
         use_imu: bool = True,
-        base_from_laser: Pose | None = None,
+        base_from_laser: Iterable[float] | None = None,
         start: float = 0.0,
         duration: float | None = None,
         sensors: SensorConfig | None = None,
@@ -80,13 +71,16 @@ class BagReader:
         """
         self.sensors = sensors or SensorConfig()
         """What of their readings counts, from the next iteration on."""
-        self._part = BagPart(start, duration)
-        self._store = BagStore(Path(path))
+        self.part = BagPart(start, duration)
+        """What is read of the bag."""
+        self.path = Path(path)
+        self._store = BagStore(self.path)
         self._findings: list[Finding] = []
         self._readings: dict[str, ScanReading] = {}
         self._corrections = NO_CORRECTIONS
         try:
-            self._fingerprint = bag_fingerprint(self._store.path)
+            self.fingerprint = bag_fingerprint(self.path)
+            """A digest of the bag's content."""
             named = [scan_topic] if isinstance(scan_topic, str) else list(scan_topic or ())
             self._open_scans(named)
             self._motion = MotionSources(self._store, self._scans[0], self._findings)
@@ -101,31 +95,17 @@ class BagReader:
             self._frames.name_odometry_child(self._motion.odometry_child)
             for frame in dict.fromkeys(frame for samples in self._scans for frame in samples.frames):
                 self._frames.placed(frame)
-            self._part.require(self._store, self.scan_topics)
+            self.part.require(self._store, self.scan_topics)
         except BaseException:
             self._store.close()
             raise
-        self._gaps, self._repeats, self._spikes = ScanGaps(), RepeatedScans(), OdometrySpikes()
-        self.scan_facts = ScanFacts()
-        """What the scans read so far are like."""
-        self.odometry_facts = OdometryFacts()
-        """What the odometry read so far is like."""
-        self.yaw_rate_facts = YawRateFacts()
-        """What the yaw rates read so far are like."""
-        self._counter: Counter[str] = Counter()
-        self._clock_rates: dict[str, ClockRate] = {}
-        self.messages_read = 0
-        """Of the chosen topics; advances while iterating."""
+        self.heard = Heard()
+        """What was met of the chosen topics; grows while iterating."""
 
     def __enter__(self) -> "BagReader":
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -137,16 +117,6 @@ class BagReader:
         self._corrections = corrections
         if not corrections.uses_odometry:
             self._motion.leave_out_odometry()
-
-    @property
-    def path(self) -> Path:
-        """The bag."""
-        return self._store.path
-
-    @property
-    def part(self) -> BagPart:
-        """What is read of it."""
-        return self._part
 
     @property
     def topics(self) -> dict[str, BagTopic]:
@@ -215,16 +185,11 @@ class BagReader:
         return self._scans[0].clock_offset, odometry.clock_offset if odometry else None
 
     @property
-    def fingerprint(self) -> str:
-        """A digest of the bag's content."""
-        return self._fingerprint
-
-    @property
     def inputs(self) -> dict[str, object]:
         """What is read, and what is assumed of the car, for reports."""
         inputs: dict[str, object] = {
             "bag_fingerprint": self.fingerprint,
-            **({} if self._part.is_whole else {"part": asdict(self._part)}),
+            **({} if self.part.is_whole else {"part": asdict(self.part)}),
             "scan_topic": self.scan_topic,
             "odom_topic": self.odom_topic,
             "odometry": self.odometry_source,
@@ -248,14 +213,17 @@ class BagReader:
     @cached_property
     def message_count(self) -> int:
         """Messages of the chosen topics that the bag announces, or that the part of it holds."""
-        return self._part.counts(self._store, self._streams()).total()
+        return self.part.counts(self._store, self._streams()).total()
+
+    @property
+    def messages_read(self) -> int:
+        """Of the chosen topics, in this iteration so far."""
+        return self.heard.messages
 
     @property
     def counts(self) -> dict[str, int]:
         """What was read, mended and dropped so far: scans and odometry always, all else if it occurred."""
-        counts = {"scans": 0, "odometry": 0, **self._counter}
-        counts |= {"gaps": self._gaps.count, "unreadable_messages": self._store.unreadable_messages}
-        return {name: count for name, count in counts.items() if count or name in ("scans", "odometry")}
+        return self.heard.told_counts(self._store.unreadable_messages)
 
     @property
     def findings(self) -> list[Finding]:
@@ -266,15 +234,7 @@ class BagReader:
             *self._findings,
             *self._place_findings,
             *self._corrections.findings,
-            *self._gaps.findings,
-            *self._repeats.findings,
-            *self._spikes.findings,
-            *counted_findings(self._counter),
-            *self._clock_drifts(),
-            *self.scan_facts.findings,
-            *self.odometry_facts.findings,
-            *findings_of_rare_scans(self.scan_facts, self.odometry_facts),
-            *self.yaw_rate_facts.findings,
+            *self.heard.findings(self.scan_topic, (self.odom_topic, self.imu_topic)),
         ]
 
     @property
@@ -283,18 +243,6 @@ class BagReader:
         places = self._frames.places.values() if self._corrections.base_from_laser is None else ()
         return [finding for place in places for finding in place.findings]
 
-    def _clock_drifts(self) -> list[Finding]:
-        """Of odometry or IMU against the scans, unless a clock was set or showed no time."""
-        if any(self._counter[name] for name in _CLOCK_FAULTS):
-            return []
-        own = self._clock_rates.get(self.scan_topic, ClockRate())
-        drifts = [
-            drift_finding(topic, self._clock_rates[topic], self.scan_topic, own)
-            for topic in (self.odom_topic, self.imu_topic)
-            if topic in self._clock_rates
-        ]
-        return next((drift for drift in drifts if drift), [])
-
     @property
     def warnings(self) -> list[str]:
         """The findings as sentences for people."""
@@ -302,47 +250,21 @@ class BagReader:
 
     def require_returns(self) -> None:
         """Raises UserError when no beam of the scans read so far met anything."""
-        if self.scan_facts.count and self.scan_facts.farthest == 0.0:
+        if self.heard.scans.count and self.heard.scans.farthest == 0.0:
             told = " ".join(finding.sentence for finding in self.findings if finding.spoils_map)
             raise UserError(f"{self.path} shows nothing: {told}")
 
     def __iter__(self) -> Iterator[Measurement]:
-        self._counter.clear()
-        self._clock_rates.clear()
-        self._gaps, self.scan_facts, self.odometry_facts = ScanGaps(), ScanFacts(), OdometryFacts()
-        self.yaw_rate_facts, self._repeats, self._spikes = YawRateFacts(), RepeatedScans(), OdometrySpikes()
-        self.messages_read = 0
-        ordered = in_order(self._items(), self._counter)
-        items: Iterator[Measurement] = (item for item in ordered if not self._is_spike(item))
+        self.heard = heard = Heard()
+        ordered = in_order(self._items(), heard.counts)
+        items: Iterator[Measurement] = (item for item in ordered if not heard.is_spike(item))
         if self._motion.odometry is not None or self._motion.imu is not None:
-            items = after_their_motion(items, self._counter, has_odometry=self._motion.odometry is not None)
-        for item in items:
-            if isinstance(item, Scan):
-                self._gaps.add(item)
-                if self._repeats.is_repeat(item):
-                    self._counter["repeated_scans"] += 1
-                    continue
-                self.scan_facts.add(item)
-                self._counter["scans"] += 1
-            elif isinstance(item, Odometry):
-                self._repeats.add_odometry(item)
-                self._gaps.add_odometry(item)
-                self.odometry_facts.add(item)
-                self._counter["odometry"] += 1
-            else:
-                self.yaw_rate_facts.add(item)
-                self.yaw_rate_facts.turns_elsewhere = self._counter["turns_about_other_axes"]
-                self._counter["yaw_rates"] += 1
-            yield item
-        if not self._counter["scans"]:
+            items = after_their_motion(items, heard.counts, has_odometry=self._motion.odometry is not None)
+        yield from (item for item in items if heard.takes(item))
+        if not heard.counts["scans"]:
             raise UserError(
                 f"{self.path} holds no usable scan on {self.scan_topic}: {' '.join(self.warnings)}"
             )
-
-    def _is_spike(self, item: Measurement) -> bool:
-        is_spike = isinstance(item, Odometry) and self._spikes.is_spike(item)
-        self._counter["odometry_spikes"] = self._spikes.count
-        return is_spike
 
     def _open_scans(self, named: Sequence[str]) -> None:
         topics = self._store.topics
@@ -383,13 +305,13 @@ class BagReader:
         """What the messages hold, in the order of recording."""
         converters, clocks = self._converters(), self._clocks()
         corrector = Corrector(self._corrections)
-        for name, recorded, data in self._part.messages(self._store, list(clocks)):
-            self.messages_read += 1
-            message = decode_or_count(self._store.topics[name], data, self._counter)
+        for name, recorded, data in self.part.messages(self._store, list(clocks)):
+            self.heard.messages += 1
+            message = decode_or_count(self._store.topics[name], data, self.heard.counts)
             header = None if message is None else stamp_of(message, converters[name])
             if message is None or header is None:
                 continue
-            self._clock_rates.setdefault(name, ClockRate()).add(header, recorded)
+            self.heard.note_stamp(name, header, recorded)
             settled = clocks[name].stamped((name, message), header, recorded)
             yield from map(corrector.correct, _converted(settled, converters))
         for clock in dict.fromkeys(clocks.values()):
@@ -405,12 +327,12 @@ class BagReader:
             for samples in self._scans
         }
         if self._motion.odometry is not None:
-            converter = self._motion.odometry_converter(self._counter)
+            converter = self._motion.odometry_converter(self.heard.counts)
             converters |= dict.fromkeys(self._motion.odometry_topics, converter)
         if self._motion.imu is not None:
             topic, frame = self._motion.imu.topic, self._motion.imu.frames[0]
             base_from_imu = self._frames.between(self._frames.placed(self._scan_frame).base_frame, frame)
-            converters[topic.name] = YAW_RATE_CONVERTERS[topic.message_type](base_from_imu, self._counter)
+            converters[topic.name] = YAW_RATE_CONVERTERS[topic.message_type](base_from_imu, self.heard.counts)
         return converters
 
     def _new_scan_converter(self, samples: Samples, frame: str) -> Converter[Scan]:
@@ -422,7 +344,7 @@ class BagReader:
             reading=self._readings.get(samples.topic.name, AS_STATED),
             config=self.sensors,
         )
-        return SCAN_CONVERTERS[samples.topic.message_type](setup, self._counter)
+        return SCAN_CONVERTERS[samples.topic.message_type](setup, self.heard.counts)
 
     def _clocks(self) -> dict[str, RecordedStamps[tuple[str, Any]]]:
         """A clock per chosen topic; a topic without stamps of its own keeps to the other's clock."""
@@ -431,7 +353,7 @@ class BagReader:
         shared = SteadyClock(offset=known[0] if known else 0)
         clocks: dict[str, RecordedStamps[tuple[str, Any]]] = {
             samples.topic.name: RecordedStamps(
-                shared, self._counter, trusts_headers=samples.clock_offset is not None
+                shared, self.heard.counts, trusts_headers=samples.clock_offset is not None
             )
             for samples in chosen
         }

@@ -66,11 +66,14 @@ def first_samples(store: BagStore, topic: BagTopic, converter: Converter[Any] | 
     return Samples(topic, recorded, headers, messages)
 
 
-def decoded(store: BagStore, names: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
-    """Topic, recording time and content of the messages that can be decoded."""
+def decoded(
+    store: BagStore, names: Sequence[str], counts: Counter[str] | None = None
+) -> Iterator[tuple[str, int, Any]]:
+    """Topic, recording time and content of the messages that can be decoded; others go into the counts."""
+    counts = Counter() if counts is None else counts
     names = [name for name in names if store.topics[name].message_count]
     for name, recorded, data in store.messages(names) if names else ():
-        message = decode_or_count(store.topics[name], data, Counter())
+        message = decode_or_count(store.topics[name], data, counts)
         if message is not None:
             yield name, recorded, message
 

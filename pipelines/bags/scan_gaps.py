@@ -5,9 +5,7 @@ from collections import deque
 from dataclasses import dataclass
 from statistics import median
 
-from racecar.maps.geometry.se2 import Pose
 from racecar.sensors.findings import Finding
-from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
 _LONG = 10.0
@@ -20,8 +18,6 @@ _TIMES_THE_USUAL = 5.0
 """Times as long as between the scans before, so that scans that are rare throughout are no gaps."""
 _USUAL_OF = 25
 """Scans whose spacing is the usual one."""
-_FASTEST = 30.0
-"""m/s; odometry that steps faster was set elsewhere and drove nothing."""
 _LISTED = 5
 """So that the sentence stays readable."""
 
@@ -47,32 +43,23 @@ class ScanGaps:
         self._scans = 0
         self._last_stamp: int | None = None
         self._spacings: deque[float] = deque(maxlen=_USUAL_OF)
-        self._wheels: tuple[int, Pose] | None = None
-        self._metres = 0.0
+        self._last_path = 0.0
         self._was_driven = False
         self._listed: list[_Gap] = []
 
-    def add(self, scan: Scan) -> None:
-        """Take note of the next scan."""
+    def add(self, scan: Scan, path: float) -> None:
+        """Take note of the next scan, before which the wheels drove so many metres since the beginning."""
         seconds = 0.0 if self._last_stamp is None else (scan.stamp - self._last_stamp) * 1e-9
-        if self._is_gap(seconds):
+        metres = path - self._last_path
+        if self._is_gap(seconds, metres):
             self.count += 1
-            self._was_driven |= self._metres >= _DRIVEN
+            self._was_driven |= metres >= _DRIVEN
             if len(self._listed) < _LISTED:
-                self._listed.append(_Gap(seconds, self._scans, self._metres))
+                self._listed.append(_Gap(seconds, self._scans, metres))
         elif seconds > 0.0:
             self._spacings.append(seconds)
         self._scans += 1
-        self._last_stamp, self._metres = scan.stamp, 0.0
-
-    def add_odometry(self, odometry: Odometry) -> None:
-        """Take note of what the wheels drive until the next scan."""
-        if self._wheels is not None:
-            stamp, before = self._wheels
-            step = math.hypot(*(odometry.odom_from_base - before)[:2])
-            if step <= _FASTEST * (odometry.stamp - stamp) * 1e-9:
-                self._metres += step
-        self._wheels = odometry.stamp, odometry.odom_from_base
+        self._last_stamp, self._last_path = scan.stamp, path
 
     @property
     def findings(self) -> list[Finding]:
@@ -88,8 +75,8 @@ class ScanGaps:
             )
         ]
 
-    def _is_gap(self, seconds: float) -> bool:
+    def _is_gap(self, seconds: float, metres: float) -> bool:
         if seconds > _LONG:
             return True
         usual = median(self._spacings) if self._spacings else math.inf
-        return seconds > max(_NOTABLE, _TIMES_THE_USUAL * usual) and self._metres >= _DRIVEN
+        return seconds > max(_NOTABLE, _TIMES_THE_USUAL * usual) and metres >= _DRIVEN

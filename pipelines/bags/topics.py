@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from racecar.maps.errors import UserError
+from racecar.pipelines.bags.converters.transforms import namespace_of
 from racecar.pipelines.bags.messages import LASER_SCAN
 from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.sensors.findings import Finding
@@ -61,11 +62,9 @@ def choose_odometry(
     """
     if named is not None:
         return named_topic(topics, types, named, "Odometry messages")
-    found = [topic for topic in topics.values() if topic.message_type in types and topic.message_count]
-    found = [topic for topic in found if not _is_named(topic, NOT_WHEELS)] or found
-    robot = near.rpartition("/")[0]
-    found = [topic for topic in found if _belongs_to(topic.name, robot)] or found
-    found.sort(key=lambda topic: (_is_named(topic, _NOT_BY_WHEELS), -topic.message_count, topic.name))
+    found = _of_types(topics, types)
+    wheels = [topic for topic in found if not _is_named(topic, NOT_WHEELS)] or found
+    found = _best_of_robot(wheels, near, _NOT_BY_WHEELS)
     if len(found) > 1:
         others = ", ".join(topic.name for topic in found[1:])
         findings.append(Finding("odometry_topic_of_several", taken=found[0].name, others=others))
@@ -82,11 +81,22 @@ def choose_imu(
     """
     if named is not None:
         return named_topic(topics, types, named, "IMU messages")
-    found = [topic for topic in topics.values() if topic.message_type in types and topic.message_count]
-    robot = near.rpartition("/")[0]
-    found = [topic for topic in found if _belongs_to(topic.name, robot)] or found
-    found.sort(key=lambda topic: (_is_named(topic, _OF_CAMERAS), -topic.message_count, topic.name))
-    return found[0] if found else None
+    return next(iter(_best_of_robot(_of_types(topics, types), near, _OF_CAMERAS)), None)
+
+
+def _of_types(topics: Mapping[str, BagTopic], types: Sequence[str]) -> list[BagTopic]:
+    """Those that hold messages of the types."""
+    return [topic for topic in topics.values() if topic.message_type in types and topic.message_count]
+
+
+def _best_of_robot(found: Sequence[BagTopic], near: str, doubtful: Sequence[str]) -> list[BagTopic]:
+    """Topics of the robot that the topic ``near`` belongs to, or else all; those with ``doubtful``
+    parts of names last, and of others the fullest first."""
+    robot = namespace_of(near)
+    own = [topic for topic in found if robot and topic.name.startswith(robot + "/")]
+    return sorted(
+        own or found, key=lambda topic: (_is_named(topic, doubtful), -topic.message_count, topic.name)
+    )
 
 
 @dataclass(frozen=True)
@@ -163,9 +173,7 @@ def choose_scans(
         chosen = [named_topic(topics, types, name, "Scans") for name in named]
         return list({topic.name: topic for topic in chosen}.values())
     for message_type in types:
-        found = [
-            topic for topic in topics.values() if topic.message_type == message_type and topic.message_count
-        ]
+        found = _of_types(topics, [message_type])
         if len(found) > 1 and message_type == LASER_SCAN:
             found = _by_view(found, first_messages, findings)
         elif len(found) > 1:
@@ -196,11 +204,6 @@ def _returns_of(message: Any) -> int:
     ranges = np.asarray(message.ranges, dtype=np.float64)
     farthest = message.range_max if message.range_max > 0 else np.inf
     return int(np.count_nonzero((ranges > max(message.range_min, 0.0)) & (ranges < farthest)))
-
-
-def _belongs_to(topic: str, robot: str) -> bool:
-    """Whether a topic lies in a robot's namespace."""
-    return bool(robot) and topic.startswith(robot + "/")
 
 
 def named_topic(topics: Mapping[str, BagTopic], types: Sequence[str], named: str, purpose: str) -> BagTopic:

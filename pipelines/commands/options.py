@@ -171,7 +171,7 @@ class ReadingFlags:
         from racecar.pipelines.runs.bag_reading import BagReading
 
         return BagReading(
-            scan_topics=tuple(self.scan_topic or ()),
+            scan_topic=tuple(self.scan_topic or ()),
             odom_topic=self.odom_topic,
             imu_topic=self.imu_topic,
             use_odometry=not self.no_odom,

@@ -3,17 +3,15 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from racecar.pipelines.bags.reader import BagReader
 from racecar.sensors.config import SensorConfig
 
 
 @dataclass(frozen=True)
 class BagReading:
-    """Topics, the laser's place and the part that is meant; left out, the bag decides."""
+    """What `BagReader` is told besides the settings; left out, the bag decides."""
 
-    scan_topics: tuple[str, ...] = ()
+    scan_topic: tuple[str, ...] = ()
     odom_topic: str | None = None
     imu_topic: str | None = None
     use_odometry: bool = True
@@ -27,15 +25,4 @@ class BagReading:
 
     def open(self, bag: Path, sensors: SensorConfig) -> BagReader:
         """The bag, read so. Raises UserError when it cannot be."""
-        return BagReader(
-            bag,
-            scan_topic=self.scan_topics,
-            odom_topic=self.odom_topic,
-            imu_topic=self.imu_topic,
-            use_odometry=self.use_odometry,
-            use_imu=self.use_imu,
-            base_from_laser=None if self.base_from_laser is None else np.array(self.base_from_laser),
-            start=self.start,
-            duration=self.duration,
-            sensors=sensors,
-        )
+        return BagReader(bag, **vars(self), sensors=sensors)

@@ -1,15 +1,14 @@
 """Whether clocks run at different rates, by how their stamps gain on the times of recording."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
+from racecar.sensors.even_sample import EvenSample
 from racecar.sensors.findings import Finding
 
 _BLOCKS = 10
 """Of a recording, of each of which the least delay counts, because buses and disks only ever add to it."""
 _MOST = 1000
-"""Samples that are kept, evenly spread, so that memory does not grow with the recording."""
+"""Samples that are kept: by judgement, so many for each block."""
 _LEAST_DRIFT = 0.2
 """Seconds by which two clocks must have drifted apart: mapper and localizer bear less; by judgement."""
 _LEAST_SIGMAS = 6.0
@@ -18,28 +17,22 @@ _LEAST_RATE = 1e-3
 """Seconds a second: crystals of clocks are wrong by less than 1e-4, so that less has other causes."""
 
 
-@dataclass(eq=False)
 class ClockRate:
     """The stamps of one topic beside the times at which they were recorded."""
 
-    _samples: list[tuple[int, int]] = field(default_factory=list)
-    _stride: int = 1
-    _count: int = 0
+    def __init__(self) -> None:
+        self._sample = EvenSample[tuple[int, int]](_MOST)
 
     def add(self, stamp: int, recorded: int) -> None:
         """Take note of the next message; nanoseconds."""
-        if self._count % self._stride == 0:
-            self._samples.append((stamp, recorded))
-            if len(self._samples) >= _MOST:
-                self._samples, self._stride = self._samples[::2], self._stride * 2
-        self._count += 1
+        self._sample.add((stamp, recorded))
 
     def drift(self) -> tuple[float, float, float] | None:
         """Seconds that the stamps gain in a second, the standard deviation of that, and over how many seconds
         it was seen; None where there are too few samples."""
-        if len(self._samples) < 5 * _BLOCKS:
+        if len(self._sample.values) < 5 * _BLOCKS:
             return None
-        stamps, recorded = np.array(self._samples, dtype=np.int64).T
+        stamps, recorded = np.array(self._sample.values, dtype=np.int64).T
         seconds = (recorded - recorded[0]) * 1e-9
         ahead = ((stamps - recorded) - (stamps[0] - recorded[0])) * 1e-9
         blocks = np.array_split(np.arange(len(seconds)), _BLOCKS)

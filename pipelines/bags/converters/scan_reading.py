@@ -7,6 +7,7 @@ centimetres, and misses as a number below ``range_max``. What they mean, the sca
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from racecar.pipelines.bags.converters.transforms import SensorPlace
 from racecar.sensors.config import SensorConfig
+from racecar.sensors.even_sample import EvenSample
 from racecar.sensors.findings import Finding
 
 if TYPE_CHECKING:
@@ -130,16 +132,11 @@ def learn_reading(
 def _spread_sample(
     messages: "Iterable[sensor_msgs__msg__LaserScan]",
 ) -> "list[sensor_msgs__msg__LaserScan]":
-    sample: list[sensor_msgs__msg__LaserScan] = []
-    stride = 1
-    for number, message in enumerate(messages):
-        if number == _READ:
-            break
-        if number % stride == 0 and len(message.ranges) > 1:
-            sample.append(message)
-        if len(sample) > _SCANS:
-            sample, stride = sample[::2], stride * 2
-    return sample
+    sample: EvenSample[sensor_msgs__msg__LaserScan] = EvenSample(_SCANS + 1)
+    for message in islice(messages, _READ):
+        if len(message.ranges) > 1:
+            sample.add(message)
+    return sample.values
 
 
 def _learn_angles(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[Angles, list[Finding]]:

@@ -24,7 +24,7 @@ class TransformOdometryConverter:
     """Makes samples of messages that hold the links of odometry among others."""
 
     def __init__(self, links: OdometryLinks, counts: Counter[str]) -> None:
-        self._driving = links.driving
+        self._driving = links.driving.ends
         self._frames = links.frames
         self._poses = list(links.poses)
         self._counts = counts

@@ -1,7 +1,7 @@
 """Frames and the links between them: where a sensor sits on the car, and what the car moves by."""
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -54,7 +54,7 @@ class SensorPlace:
     """What is doubtful."""
 
     @staticmethod
-    def from_pose(base_from_sensor: Pose, source: str) -> "SensorPlace":
+    def from_pose(base_from_sensor: Iterable[float], source: str) -> "SensorPlace":
         """In the plane of the base, by x, y and yaw (3,); a fourth number is the roll, about the sensor's x
         axis: π where it hangs upside down."""
         x, y, yaw, roll = [*base_from_sensor, 0.0][:4]
@@ -98,7 +98,7 @@ def last_name(frame: str) -> str:
 
 
 def namespace_of(topic: str) -> str:
-    """Of ``/robot1/tf`` the part ``/robot1``."""
+    """Of a topic or frame such as ``/robot1/tf`` the part ``/robot1``."""
     return topic.rpartition("/")[0]
 
 
@@ -168,13 +168,8 @@ class TransformTree:
     def around(self, target: str) -> dict[str, NDArray[np.float64]]:
         """``target_from_frame`` (4, 4) of every frame that is linked to the target, the nearest first."""
         found = {target: np.eye(4)}
-        queue = deque([target])
-        while queue:
-            frame = queue.popleft()
-            for neighbour, frame_from_neighbour in self._links.get(frame, {}).items():
-                if neighbour not in found:
-                    found[neighbour] = found[frame] @ frame_from_neighbour
-                    queue.append(neighbour)
+        for frame, before in _nearest_first(target, self._links):
+            found[frame] = found[before] @ self._links[before][frame]
         return found
 
     def top(self, frame: str) -> str:
@@ -187,6 +182,18 @@ class TransformTree:
         while (parent := self._parents.get(line[-1])) is not None and parent not in line:
             line.append(parent)
         return line
+
+
+def _nearest_first(start: str, neighbours: Mapping[str, Iterable[str]]) -> Iterator[tuple[str, str]]:
+    """The frames that links lead to, each with the one before it on the way."""
+    known, queue = {start}, deque([start])
+    while queue:
+        frame = queue.popleft()
+        for neighbour in neighbours.get(frame, ()):
+            if neighbour not in known:
+                known.add(neighbour)
+                queue.append(neighbour)
+                yield neighbour, frame
 
 
 @dataclass(eq=False)
@@ -268,13 +275,8 @@ class OdometryLinks:
     """(4, 4) of each frame in the one before, as known beforehand."""
     topics: tuple[str, ...]
     """On which those that move are published."""
-    driving: tuple[str, str]
-    """Parent and child of the link that moves most; odometry has its stamps."""
-    driving_topic: str
-    moves: bool
-    """Whether any of it was seen to move."""
-    is_contested: bool = False
-    """Whether two programs seem to publish it."""
+    driving: Link
+    """That moves most, or by which it is seen that none does; odometry has its stamps."""
 
     @property
     def base_frame(self) -> str:
@@ -381,7 +383,15 @@ class FrameLinks:
             parts = [set(tree.around(base)) for base in bases]
             ways = [self._way_down(frame, part) for frame in named for part in parts]
         candidates = [self._odometry_along(way) for way in ways if way]
-        return max(candidates, key=self._preference(sensor_frame), default=None)
+        namespace = namespace_of(sensor_frame)
+
+        def preference(links: OdometryLinks) -> tuple[bool, bool, bool, int, int]:
+            start, driving = links.frames[0], links.driving
+            is_of_robot = namespace_of(start) == namespace
+            is_usual = last_name(start) == _ODOMETRY
+            return driving.moves, is_of_robot, is_usual, -len(links.frames), driving.count
+
+        return max(candidates, key=preference, default=None)
 
     def standing_odometry(self, odometry: OdometryLinks) -> list[Link]:
         """Of the links of an odometry that moves, those that begin where odometry does and never change, as
@@ -411,18 +421,11 @@ class FrameLinks:
             if not (is_world_frame(link.parent) or is_world_frame(link.child)):
                 neighbours.setdefault(link.parent, []).append(link.child)
                 neighbours.setdefault(link.child, []).append(link.parent)
-        came_from, queue = {start: ""}, deque([start])
-        while queue:
-            frame = queue.popleft()
+        ways = {start: [start]}
+        for frame, before in _nearest_first(start, neighbours) if start not in on_car else ():
+            ways[frame] = [*ways[before], frame]
             if frame in on_car:
-                way = [frame]
-                while came_from[way[-1]]:
-                    way.append(came_from[way[-1]])
-                return way[::-1] if len(way) > 1 else []
-            for neighbour in neighbours.get(frame, ()):
-                if neighbour not in came_from:
-                    came_from[neighbour] = frame
-                    queue.append(neighbour)
+                return ways[frame]
         return []
 
     def _odometry_along(self, way: list[str]) -> OdometryLinks:
@@ -433,29 +436,4 @@ class FrameLinks:
             poses.append(link.latest if link.parent == parent else inverted(link.latest))
         driving = max(links, key=lambda link: (link.moves, link.path))
         topics = {link.topic for link in links if link.moves} or {driving.topic}
-        ends = (driving.parent, driving.child)
-        return OdometryLinks(
-            tuple(way),
-            tuple(poses),
-            tuple(sorted(topics)),
-            ends,
-            driving.topic,
-            driving.moves,
-            driving.is_contested,
-        )
-
-    def _preference(self, sensor_frame: str) -> Callable[[OdometryLinks], tuple[bool, bool, bool, int, int]]:
-        namespace = sensor_frame.rpartition("/")[0]
-
-        def preference(links: OdometryLinks) -> tuple[bool, bool, bool, int, int]:
-            start = links.frames[0]
-            driving = self._links[links.driving]
-            return (
-                links.moves,
-                start.rpartition("/")[0] == namespace,
-                last_name(start) == _ODOMETRY,
-                -len(links.frames),
-                driving.count,
-            )
-
-        return preference
+        return OdometryLinks(tuple(way), tuple(poses), tuple(sorted(topics)), driving)

@@ -16,6 +16,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.converters.odometry import planar_pose
+from racecar.pipelines.bags.message_factory import MessageFactory
 from racecar.pipelines.bags.messages import TRANSFORMS, ros2_types
 
 _PLANAR = np.array([0, 1, 5])
@@ -132,19 +133,9 @@ def cloud_message(stamp: Any, frame: str, points: NDArray[np.float64]) -> Any:
 
 def transform_bytes(nanoseconds: int, parent: str, child: str, parent_from_child: Pose) -> bytes:
     """A serialized tf2_msgs/TFMessage with one transform."""
-    types = ros2_types().types
-    z, w = quaternion_zw(float(parent_from_child[2]))
-    stamp = types["builtin_interfaces/msg/Time"](sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
-    x, y = float(parent_from_child[0]), float(parent_from_child[1])
-    transform = types["geometry_msgs/msg/TransformStamped"](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=parent),
-        child_frame_id=child,
-        transform=types["geometry_msgs/msg/Transform"](
-            translation=types["geometry_msgs/msg/Vector3"](x=x, y=y, z=0.0),
-            rotation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=z, w=w),
-        ),
-    )
-    return bytes(ros2_types().serialize_cdr(types[TRANSFORMS](transforms=[transform]), TRANSFORMS))
+    factory = MessageFactory(ros2_types(), is_ros1=False)
+    message = factory.transform(nanoseconds, parent, child, parent_from_child)
+    return bytes(ros2_types().serialize_cdr(message, TRANSFORMS))
 
 
 def _in_space(covariance: NDArray[np.float64]) -> NDArray[np.float64]:

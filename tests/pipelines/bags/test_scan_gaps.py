@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from racecar.maps.geometry.se2 import IDENTITY
+from racecar.pipelines.bags.facts import OdometryFacts
 from racecar.pipelines.bags.scan_gaps import ScanGaps
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
@@ -13,15 +14,16 @@ SECOND = 10**9
 
 def gaps_of(gap: float, speed: float, *, every: float = 0.1, jump: float = 0.0, count: int = 1) -> ScanGaps:
     """Of a car that drives at a speed through gaps that begin every 20 s; its odometry jumps once."""
-    gaps = ScanGaps()
+    gaps, odometry = ScanGaps(), OdometryFacts()
     next_scan = 0.0
     for k in range(round(20 * (count + 1) / 0.05)):
         time = 0.05 * k
         place = speed * time + (jump if time > 21.0 else 0.0)
-        gaps.add_odometry(Odometry(round(time * SECOND), np.array([place, 0.0, 0.0]), IDENTITY))
+        odometry.add(Odometry(round(time * SECOND), np.array([place, 0.0, 0.0]), IDENTITY))
         is_in_gap = time >= 20.0 and time % 20.0 < gap - 1e-6
         if time >= next_scan - 1e-6 and not is_in_gap:
-            gaps.add(Scan(round(time * SECOND), np.zeros(1), np.ones(1), np.zeros(1), IDENTITY, 10.0))
+            scan = Scan(round(time * SECOND), np.zeros(1), np.ones(1), np.zeros(1), IDENTITY, 10.0)
+            gaps.add(scan, odometry.path_length)
             next_scan = time + every
     return gaps
 

@@ -36,8 +36,6 @@ def test_what_mapper_and_localizer_bear_is_not_told() -> None:
     assert drift_finding("/odom", ClockRate(), "/scan", clock(0.0, 0.01)) == []
 
 
-def test_of_a_long_recording_a_part_is_kept() -> None:
-    kept = clock(0.01, 0.0, 600.0)
-    assert len(kept._samples) < 4000
-    found = kept.drift()
+def test_of_a_long_recording_a_part_is_enough() -> None:
+    found = clock(0.01, 0.0, 600.0).drift()
     assert found is not None and found[0] == pytest.approx(0.01)
