@@ -43,7 +43,7 @@ def check(
     from racecar.pipelines.files.report import write_json
 
     with reading.parsed().open(bag, load_config(config).sensors) as reader:
-        from racecar.pipelines.runs.checked_bag import check_reader  # once the bag's faults are reported
+        from racecar.pipelines.runs.calibration_run import check_reader  # once the bag's faults are reported
 
         result = check_reader(reader, quiet=quiet)
     if json is not None:

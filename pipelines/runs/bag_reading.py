@@ -1,5 +1,7 @@
-"""How a bag is read, as flags say it of one bag or of many."""
+"""How a bag is read, as flags say it of one bag or of many, or whoever opened it."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,3 +28,16 @@ class BagReading:
     def open(self, bag: Path, sensors: SensorConfig) -> BagReader:
         """The bag, read so. Raises UserError when it cannot be."""
         return BagReader(bag, **vars(self), sensors=sensors)
+
+
+@contextmanager
+def opened_bag(bag: str | Path | BagReader, sensors: SensorConfig) -> Iterator[BagReader]:
+    """Yield a reader; one that was open stays open, and keeps its settings of ``sensors`` where these are the
+    defaults. Raises UserError when the path holds no bag."""
+    if isinstance(bag, BagReader):
+        if sensors != SensorConfig():
+            bag.sensors = sensors
+        yield bag
+        return
+    with BagReader(bag, sensors=sensors) as reader:
+        yield reader

@@ -3,13 +3,17 @@
 from collections.abc import Callable
 
 from racecar.maps.errors import UserError
+from racecar.pipelines.bags.check import BagCheck, check_bag
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.runs.foreseen_findings import foreseen_findings
 from racecar.pipelines.runs.learned_corrections import KnownSensors, learned_corrections
 from racecar.pipelines.runs.progress import progress_bar
+from racecar.sensors.corrections import Corrections
 from racecar.sensors.findings import Finding
+from racecar.sensors.motion.lag import NOTICEABLE
+from racecar.sensors.motion.turn_fusion import MAX_SCALE_ERROR, TurnModel
 from racecar.sensors.self_calibration.self_calibration import SelfCalibration, SelfCalibrator
+from racecar.sensors.self_calibration.turn_agreement import USUAL_LAG
 
 _MOST_MESSAGES = 20_000
 """Of the beginning, so that of a recording that stands still some minutes are read and not all of it."""
@@ -18,7 +22,8 @@ _MOST_MESSAGES = 20_000
 def calibrate(reader: BagReader, *, quiet: bool) -> list[Finding]:
     """Let the reader correct what the beginning of its bag proves to be wrong, and say so in its findings.
 
-    Returned is what whoever maps the bag, or localizes on it, will find out by himself.
+    Returned is what whoever maps the bag, or localizes on it, will find out by himself: it is not corrected
+    beforehand, since both bear it.
     """
     known = KnownSensors(
         scan_topic=reader.scan_topic,
@@ -34,7 +39,19 @@ def calibrate(reader: BagReader, *, quiet: bool) -> list[Finding]:
         learned = _learn(reader, calibrator, known, advance_to)
     corrections = learned_corrections(learned, known)
     reader.correct(corrections)
-    return foreseen_findings(learned, corrections)
+    return [*_foreseen_lag(learned, corrections), *_foreseen_gyro(learned, corrections)]
+
+
+def check_reader(reader: BagReader, *, quiet: bool) -> BagCheck:
+    """What is in an open bag, what is wrong with it, and what whoever maps it will find out.
+
+    The bag is read once, and its beginning twice. Raises UserError when no scan of it is usable.
+    """
+    foreseen = calibrate(reader, quiet=quiet)
+    with progress_bar("Reading", reader.message_count, quiet=quiet) as advance_to:
+        checked = check_bag(reader, advance_to)
+    checked.findings.extend(foreseen)
+    return checked
 
 
 def _learn(
@@ -52,3 +69,28 @@ def _learn(
     except UserError:  # not one scan is usable, which whoever reads the bag next will say
         return SelfCalibration()
     return calibrator.estimate(known.recorded_lag)
+
+
+def _foreseen_lag(learned: SelfCalibration, made: Corrections) -> list[Finding]:
+    lag = 0 if learned.turns is None or not made.uses_odometry else learned.turns.lag
+    if not NOTICEABLE <= abs(lag) <= USUAL_LAG:
+        return []
+    side = "behind" if lag > 0 else "ahead of"
+    return [Finding("odometry_lags", milliseconds=abs(lag) / 1e6, side=side)]
+
+
+def _foreseen_gyro(learned: SelfCalibration, made: Corrections) -> list[Finding]:
+    """By the same measure as the mapper's, which does not use such a gyroscope."""
+    turns = learned.gyro_turns
+    is_known = learned.bearing_scale is None or learned.bearing_scale.is_certain
+    if turns is None or not is_known:
+        return []
+    scale = -turns.ratio if made.is_upside_down else turns.ratio
+    if abs(scale - 1.0) < MAX_SCALE_ERROR + 3.0 * turns.sigma:
+        return []
+    wheels = learned.turns
+    are_alike = wheels is not None and abs(wheels.ratio / turns.ratio - 1.0) < MAX_SCALE_ERROR
+    model = TurnModel(is_contradicted=True, scale=scale, agrees_with_wheels=are_alike)
+    assert model.contradiction is not None
+    contradiction = model.contradiction.replace("was not used", "is not used")
+    return [Finding("gyroscope_contradicts", contradiction=contradiction, remedy=model.remedy)]

@@ -20,6 +20,7 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.config_file import Config, ConfigSource, load_config
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.bag_reading import opened_bag
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.localization_run import (
     LocalizationRun,
@@ -29,7 +30,6 @@ from racecar.pipelines.runs.localization_run import (
 )
 from racecar.pipelines.runs.map_cautions import cautions_of_path
 from racecar.pipelines.runs.mapping_drive import has_mapping_drive, mapping_trajectory
-from racecar.pipelines.runs.opened_bag import opened_bag
 from racecar.pipelines.runs.view.recorder import Recorder
 
 if TYPE_CHECKING:

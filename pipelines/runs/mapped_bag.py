@@ -17,10 +17,10 @@ from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import Inputs
+from racecar.pipelines.runs.bag_reading import opened_bag
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.edited_folders import edits_of_new_map
 from racecar.pipelines.runs.mapping_run import Watch, build_map, nobody_watches, save_mapping
-from racecar.pipelines.runs.opened_bag import opened_bag
 from racecar.pipelines.runs.place_finding import earlier_map
 from racecar.pipelines.runs.source_recording import SourceRecording
 

@@ -13,7 +13,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.check import BagCheck
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.checked_bag import check_reader
+from racecar.pipelines.runs.calibration_run import check_reader
 from racecar.pipelines.runs.mapping_job import MappingJob, carry_out
 from racecar.pipelines.runs.other_process import leave_terminal_alone
 from racecar.pipelines.runs.progress import progress_heard_by

@@ -9,8 +9,7 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.bags.check import check_bag
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.commands.cli import run
-from racecar.pipelines.runs.bag_reading import BagReading
-from racecar.pipelines.runs.opened_bag import opened_bag
+from racecar.pipelines.runs.bag_reading import BagReading, opened_bag
 from racecar.sensors.config import SensorConfig
 from racecar.sensors.scan import Scan
 from tests.pipelines.bag_samples import PLACE, bag_of, cut, odometry, read, write_bag, write_scan
