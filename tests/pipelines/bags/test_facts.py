@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from racecar.maps.geometry.se2 import IDENTITY
-from racecar.pipelines.bags.facts import FARTHEST_APART, OdometryFacts, ScanFacts, findings_of_rare_scans
-from racecar.sensors.matching.line_fitting import MAX_GAP_ANGLE
+from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, findings_of_rare_scans
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
@@ -93,7 +92,3 @@ def test_only_odometry_that_comes_seldom_is_told_of(rate: float, jitter: float, 
     assert facts.top_speed < 2.0 * speed
     assert facts.path_length == pytest.approx(399 * speed / rate)
     assert bool(facts.findings) == is_too_seldom
-
-
-def test_beams_are_as_far_apart_as_the_mapper_bears() -> None:
-    assert FARTHEST_APART == MAX_GAP_ANGLE
