@@ -24,7 +24,7 @@ from racecar.pipelines.bags.order import after_their_motion, in_order
 from racecar.pipelines.bags.part import BagPart
 from racecar.pipelines.bags.samples import Samples, decode_or_count, decoded, first_samples
 from racecar.pipelines.bags.storage.chunks import BagTopic
-from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.bags.storage.folder import bag_fingerprint
 from racecar.pipelines.bags.storage.store import BagStore
 from racecar.pipelines.bags.topics import choose_scans, list_topics
 from racecar.sensors.clocks.recorded_stamps import RecordedStamps

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from racecar.maps.map_files import find_map
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.bags.storage.folder import bag_fingerprint
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.source_recording import SourceRecording
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.bags.storage.folder import bag_fingerprint
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report

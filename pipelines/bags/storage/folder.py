@@ -1,5 +1,6 @@
-"""Which files in a folder make up a ROS 2 bag, and in which order."""
+"""Which files make up a bag, in which order, and whether two paths hold the same one."""
 
+import hashlib
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +15,9 @@ from racecar.pipelines.bags.storage.formats import FORMATS, PACKED_SUFFIXES, ROS
 METADATA = "metadata.yaml"
 _MOST_BYTES = 1 << 20
 """Of metadata.yaml; hundreds of topics take less, and parsing more takes long."""
+_PIECE = 1 << 20
+"""Bytes that tell bags apart at either end of a file, so that a large bag costs no more than a small one; the
+stamps in them differ between any two drives, and the sizes count too."""
 
 
 @dataclass
@@ -38,7 +42,7 @@ def read_folder(folder: Path) -> BagFolder:
         present = sorted((path for path in folder.iterdir() if path.is_file()), key=natural_order)
     except OSError as error:
         raise UserError(f"{folder} cannot be read: {error.strerror}.") from error
-    bag_files = [path for path in present if _unpacked_name(path).endswith(ROS2_SUFFIXES)]
+    bag_files = [path for path in present if unpacked_name(path).endswith(ROS2_SUFFIXES)]
     # A file that was unpacked by hand lies beside the packed one.
     bag_files = [
         path for path in bag_files if path.suffix not in PACKED_SUFFIXES or _twin(path) not in bag_files
@@ -49,16 +53,32 @@ def read_folder(folder: Path) -> BagFolder:
     count = metadata.get("message_count")
     bag = BagFolder(bag_files, count if isinstance(count, int) and count > 0 else None)
     named = _named_files(metadata)
-    found = [path for path in bag_files if {path.name, _unpacked_name(path)} & set(named)]
+    found = [path for path in bag_files if {path.name, unpacked_name(path)} & set(named)]
     if not found:
         return bag
-    names = {name for path in found for name in (path.name, _unpacked_name(path))}
-    bag.missing = [name for name in named if not {name, _unpacked_name(Path(name))} & names]
+    names = {name for path in found for name in (path.name, unpacked_name(path))}
+    bag.missing = [name for name in named if not {name, unpacked_name(Path(name))} & names]
     recordings = {_recording(path) for path in found}
     bag.unnamed = [path for path in bag_files if path not in found and _recording(path) in recordings]
     bag.files = [path for path in bag_files if path in found or path in bag.unnamed]
     bag.others = [path for path in bag_files if path not in bag.files]
     return bag
+
+
+def bag_fingerprint(bag: Path) -> str:
+    """A digest of the sizes of a bag's files and of both ends of each, wherever it was moved or copied to.
+
+    Raises UserError when it is no bag.
+    """
+    digest = hashlib.sha256()
+    for path in read_folder(bag).files if bag.is_dir() else [bag]:
+        size = path.stat().st_size
+        digest.update(size.to_bytes(8, "big"))
+        with path.open("rb") as file:
+            digest.update(file.read(_PIECE))
+            file.seek(max(size - _PIECE, 0))
+            digest.update(file.read(_PIECE))
+    return digest.hexdigest()
 
 
 def read_metadata(path: Path) -> dict[str, Any]:
@@ -79,17 +99,21 @@ def _named_files(metadata: dict[str, Any]) -> list[str]:
     return [Path(path).name for path in paths if isinstance(path, str) and "\0" not in path]
 
 
-def _unpacked_name(path: Path) -> str:
-    return path.stem if path.suffix in PACKED_SUFFIXES else path.name
+def unpacked_name(path: Path) -> str:
+    """Without the endings of compression, and of a ROS 1 bag that is still being recorded."""
+    name = path.name
+    for suffix in (*PACKED_SUFFIXES, ".active"):
+        name = name.removesuffix(suffix)
+    return name
 
 
 def _twin(path: Path) -> Path:
-    return path.with_name(_unpacked_name(path))
+    return path.with_name(unpacked_name(path))
 
 
 def _recording(path: Path) -> tuple[str, str]:
     """What the parts of a split recording have in common: rosbag2 numbers them, as in ``drive_0.mcap``."""
-    name = Path(_unpacked_name(path))
+    name = Path(unpacked_name(path))
     return re.sub(r"_\d+$", "", name.stem), name.suffix
 
 

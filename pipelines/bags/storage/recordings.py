@@ -5,8 +5,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.bags.storage.folder import METADATA, read_folder, read_metadata
-from racecar.pipelines.bags.storage.formats import FORMATS, PACKED_SUFFIXES, ROS2_SUFFIXES, file_format
+from racecar.pipelines.bags.storage.folder import METADATA, read_folder, read_metadata, unpacked_name
+from racecar.pipelines.bags.storage.formats import FORMATS, ROS2_SUFFIXES, file_format
 
 BAG_SUFFIXES = tuple(known.suffix for known in FORMATS)
 CALLER = "/racecar"
@@ -40,14 +40,6 @@ def is_bag_folder(folder: Path) -> bool:
     endings = "|".join(re.escape(suffix) for suffix in ROS2_SUFFIXES)
     part = re.compile(rf"{re.escape(folder.name)}(_\d+)?({endings})(\.zstd|\.zst)?")
     return (folder / METADATA).is_file() or all(part.fullmatch(file.name) for file in bag.files)
-
-
-def unpacked_name(path: Path) -> str:
-    """Without the endings of compression, and of a ROS 1 bag that is still being recorded."""
-    name = path.name
-    for suffix in (*PACKED_SUFFIXES, ".active"):
-        name = name.removesuffix(suffix)
-    return name
 
 
 def is_our_recording(path: Path) -> bool:

@@ -6,12 +6,11 @@ from pathlib import Path
 
 from racecar.maps.errors import UserError
 from racecar.maps.text_files import read_text
-from racecar.pipelines.bags.storage.folder import natural_order
+from racecar.pipelines.bags.storage.folder import natural_order, unpacked_name
 from racecar.pipelines.bags.storage.recordings import (
     BAG_SUFFIXES,
     is_bag_file,
     is_bag_folder,
-    unpacked_name,
 )
 from racecar.pipelines.files.report import REPORT_FILE
 from racecar.pipelines.files.typed_path import typed_path

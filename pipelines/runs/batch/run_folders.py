@@ -5,7 +5,7 @@ from itertools import count
 from pathlib import Path
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.bags.storage.folder import bag_fingerprint
 from racecar.pipelines.bags.storage.recordings import is_bag_folder
 from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.runs.batch.bag_search import bag_stem

@@ -16,7 +16,7 @@ from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.map_files import load_map, save_map
 from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.bags.storage.folder import bag_fingerprint
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.commands.cli import run
 from racecar.pipelines.commands.localize import summary

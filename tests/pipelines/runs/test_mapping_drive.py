@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.bags.storage.folder import bag_fingerprint
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.runs.mapping_drive import has_mapping_drive, mapping_trajectory
 

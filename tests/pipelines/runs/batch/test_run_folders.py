@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.bags.storage.folder import bag_fingerprint
 from racecar.pipelines.runs.batch.run_folders import run_folders
 from tests.pipelines.bag_samples import write_bag
 

@@ -1,7 +1,7 @@
 import shutil
 from pathlib import Path
 
-from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.bags.storage.folder import bag_fingerprint
 
 
 def bag_of(folder: Path, begin: bytes, length: int, end: bytes) -> Path:
