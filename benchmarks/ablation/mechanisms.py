@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from benchmarks.harness.replaced import Replacement, nothing
 from racecar.localization.config import LocalizationConfig
-from racecar.localization.filter import clusters, particle_filter
+from racecar.localization.filter import particle_filter
 from racecar.localization.filter.particle_filter import ParticleFilter
 from racecar.localization.floor import free_space
 from racecar.localization.odometry import motion_samples, motion_source, segments, slip
@@ -152,7 +152,7 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
     },
     "cloud": {
         "fewer particles where sure": _settings(fewest_particles=LocalizationConfig().particles),
-        "clusters": _replaced(clusters, _RADIUS=100.0, _HALF_ANGLE=pi),
+        "clusters": _replaced(particle_filter, _RADIUS=100.0, _HALF_ANGLE=pi),
         "resampling threshold": _replaced(particle_filter, _RESAMPLE_BELOW=1.0),
     },
     "sensor": {

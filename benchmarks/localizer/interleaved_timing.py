@@ -7,8 +7,7 @@ from benchmarks.localizer.measured_drive import MeasuredDrive
 from benchmarks.localizer.plain_filter import PlainFilter
 from benchmarks.localizer.reference_kernels import add_up_loads
 from benchmarks.localizer.stopwatch import Stopwatch
-from racecar.localization.filter.clusters import cluster_moments
-from racecar.localization.filter.particle_filter import systematic_resample
+from racecar.localization.filter.particle_filter import cluster_moments, systematic_resample
 from racecar.localization.recovery.lookout import Lookout
 from racecar.localization.recovery.perception import Perception
 from racecar.maps.geometry.se2 import Pose, between, inverse, transform_points

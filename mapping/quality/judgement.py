@@ -7,13 +7,17 @@ from numpy.typing import NDArray
 
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.doubtful_segments import doubtful_segments
-from racecar.mapping.quality.earlier_drives import MOST_UNLIKE, unlike_earlier
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.jumps import MOST_JUMP
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
+from racecar.mapping.quality.pass_agreement import agreement_of, near_pairs
 from racecar.mapping.quality.statistics import measure
 from racecar.mapping.quality.unseen_ways import MOST_UNSEEN_WAY
 
+MOST_UNLIKE = 0.3
+"""Share of earlier drives' points that the last one may see through at most places. Measured where half of
+the furniture was moved between drives: 0.1; with the last one 0.2 m off 0.26, with 0.5 m or 3 degrees 0.4 to
+0.8."""
 _LEAST = np.array([0.015, 0.06])
 """Metres per 10 m and over the whole that remain without any evidence against a map; measured, as are
 `_THROUGH` and `_RESIDUAL`, on 161 maps of known error, see docs/measured/mapper.md. Not detected: a map that
@@ -117,3 +121,19 @@ def _doubts(wheel_scale: float, figures: Mapping[str, float]) -> Iterator[str]:
             f"as it usually takes to go {figures['unseen_way_m']:.0f} m: if it did not, these are missing in "
             "the map."
         )
+
+
+def unlike_earlier(map_: FinishedMap) -> float:
+    """Median over places of the share of earlier drives' points that the last one sees through, or vice
+    versa; NaN without common places.
+
+    Objects are moved between drives, so at some places it sees through what was there before. A drive that
+    was merged at a wrong place does so nearly everywhere.
+    """
+    _, pairs = near_pairs(map_)
+    first = map_.first_of_last_drive
+    of_both = pairs[(pairs[:, 0] < first) & (pairs[:, 1] >= first)]
+    passes = agreement_of(of_both, map_.poses, map_.session.keyframes)
+    places = passes.by_places(np.zeros(len(of_both)), map_.path)
+    shares = places.looked_through[places.are_seen]
+    return float(np.median(shares)) if len(shares) else float("nan")

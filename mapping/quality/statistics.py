@@ -13,7 +13,7 @@ from racecar.mapping.quality.jumps import jumps
 from racecar.mapping.quality.pass_agreement import PassAgreement, PlacePairs, agreement_of, near_pairs
 from racecar.mapping.quality.slip import slip_errors, slip_share
 from racecar.mapping.quality.unseen_ways import unseen_ways
-from racecar.mapping.quality.wall_directions import weakest_direction
+from racecar.sensors.matching.scan_store import ScanStore
 
 LOCAL_DISTANCE = 10.0
 """Metres of path over which the local error is stated, by definition."""
@@ -85,3 +85,19 @@ def _pairs(path: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int
     stretches = np.column_stack([np.clip(before, 0, places - 1), places])
     ends = np.unique(stretches)
     return stretches, ends[np.column_stack(np.triu_indices(len(ends), 1))]
+
+
+def weakest_direction(store: ScanStore) -> NDArray[np.float64]:
+    """(K,) share of a scan's lines that constrain its weakest direction: at most a half, 0 without lines.
+
+    In a bare corridor all walls are parallel, and scan matching cannot observe the distance travelled.
+    """
+    packed = store.packed()
+    hold = np.zeros(len(packed.counts))
+    for row, normals in enumerate(packed.normals):
+        x, y = normals[: packed.counts[row]].T.astype(np.float64)
+        moment = np.array([[x @ x, x @ y], [x @ y, y @ y]])
+        lines = moment[0, 0] + moment[1, 1]
+        hold[row] = np.linalg.eigvalsh(moment)[0] / lines if lines > 0.0 else 0.0
+    weakest: NDArray[np.float64] = hold[store.row_of]
+    return weakest

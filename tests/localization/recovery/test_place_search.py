@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.floor.free_space import Region
 from racecar.localization.recovery.perception import Perception
-from racecar.localization.recovery.place_search_kernels import best_places, score_places, turned_points
+from racecar.localization.recovery.place_search import best_places, score_places, turned_points
 from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from tests.localization.scans import points_at, ranges_from

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from racecar.mapping.quality.wall_directions import weakest_direction
+from racecar.mapping.quality.statistics import weakest_direction
 from racecar.sensors.matching.scan_store import PreparedScan
 from tests.sensors.worlds import CORRIDOR, ROOM, store_of
 

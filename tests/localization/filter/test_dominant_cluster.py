@@ -1,7 +1,6 @@
 import numpy as np
 
-from racecar.localization.filter.clusters import cluster_moments
-from racecar.localization.filter.particle_filter import ParticleFilter
+from racecar.localization.filter.particle_filter import ParticleFilter, cluster_moments
 from racecar.maps.geometry.se2 import between, wrap_angle
 
 
