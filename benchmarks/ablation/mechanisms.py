@@ -127,7 +127,7 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
     },
     "evidence": {
         "dependent points": _replaced(likelihood_field, log_table=_independent),
-        "news threshold": _replaced(hypotheses, _NEWS_AFTER=0.0),
+        "news threshold": _replaced(hypotheses, _COUNTS_AFTER=0.0),
         "looking again": _replaced(hypotheses, _LOOK_AGAIN_AFTER=inf),
         "dependent scans": _replaced(particle_filter, _INDEPENDENT_AFTER=_NONE),
         "evidence cap": _replaced(particle_filter, _MOST_EVIDENCE=inf),

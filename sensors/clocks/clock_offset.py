@@ -20,7 +20,7 @@ _OTHER_TIME = 60_000_000_000
 is another kind of time, such as that of a simulator or since the sensor was switched on."""
 
 _REMEMBERED = 1000
-"""Messages of the sensor, 5 s of a fast one, for which scans may wait to be taken in."""
+"""Messages of the sensor for which scans may wait. Chosen by judgement: 5 s of a fast one."""
 
 
 class ClockOffset:

@@ -14,11 +14,12 @@ from racecar.sensors.clocks.clock_offset import ClockOffset
 from racecar.sensors.clocks.stamp_pace import StampPace
 
 _AHEAD = 2_000_000_000
-"""Nanoseconds by which a stamp may be ahead of what the arrivals say; what is behind may just have waited."""
+"""Nanoseconds by which a stamp may be ahead of what the arrivals say. Chosen by judgement; what is behind may
+just have waited."""
 _BACK = 1_000_000_000
 """Nanoseconds by which stamps may go back, because messages overtook each other."""
 _PAUSE = 1_000_000_000
-"""Nanoseconds that a drive is taken to have paused when the clock no longer shows it."""
+"""Nanoseconds that a drive is taken to have paused when the clock no longer shows it. Chosen by judgement."""
 _SAME = _BACK
 """Nanoseconds within which two topics' jumps are one and the same: smaller jumps are not seen, and on a busy
 machine messages may wait for most of a second. Taken for two, they would part scans from their odometry."""

@@ -48,8 +48,8 @@ _BIAS_SIGMA = 0.1
 """Standard deviation of a gyroscope's bias, rad/s, before it is learned. By judgement: 6 °/s; the data sheet
 of the MPU-6050 allows 20 °/s, most are far below."""
 _SCALE_SIGMA = 0.3
-"""Standard deviation of a gyroscope's scale before it is learned, so wide that degrees and a wrong sign show
-as such."""
+"""Standard deviation of a gyroscope's scale before it is learned. Chosen by judgement: so wide that
+degrees and a wrong sign show as such."""
 _KNOWN_SCALE = 0.05
 """Largest standard deviation of the scale with which a gyroscope that was tried is believed, since one that
 stays at rest while the car turns leaves it unknown."""
