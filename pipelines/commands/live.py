@@ -19,7 +19,7 @@ from racecar.pipelines.files.state_folder import state_folder
 from racecar.pipelines.live.ros.arguments import RosCommand
 
 if TYPE_CHECKING:
-    from racecar.pipelines.live.display.browser_view import LiveView
+    from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
 ViewOption = Annotated[
     bool,
@@ -45,18 +45,17 @@ def _describe() -> None:
 @contextmanager
 def _page(
     is_wanted: bool, title: str, port: int | None, *, tells_places: bool
-) -> "Iterator[LiveView | None]":
+) -> "Iterator[WatchScreen | None]":
     """The page in the browser, if it is wanted; ``tells_places``: whether clicks may say where the car is."""
     if not is_wanted:
         yield None
         return
-    from racecar.pipelines.live.display.browser_view import live_view
-    from racecar.pipelines.studio.watch.tools import NodeTool
+    from racecar.pipelines.studio.page import open_beside
+    from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
-    tools = [NodeTool.MOVE, NodeTool.GOAL, *([NodeTool.PLACE] if tells_places else [])]
-    with live_view(title, port, tools) as page:
-        teller(quiet=False)(f"Look at {page.page}")
-        yield page
+    with open_beside(title, port or 0, partial(WatchScreen, tells_places=tells_places)) as (page, screen):
+        teller(quiet=False)(f"Look at {page.address}")
+        yield screen
 
 
 @live.command(cls=RosCommand)

@@ -66,15 +66,15 @@ def studio(
     settings = load_config(config)
 
     from racecar.pipelines.studio.page import Page
-    from racecar.pipelines.studio.studio import add_opening, drive, room_for
+    from racecar.pipelines.studio.studio import add_opening, drive, screen_for
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with closing(Page("racecar studio", port)) as page, suppress(KeyboardInterrupt):
         if target is not None:
-            make_room = room_for(page, target, settings)
+            make_screen = screen_for(page, target, settings)
         else:
-            make_room = drive(page, map or Path("building"), settings)
-        page.enter(make_room)
+            make_screen = drive(page, map or Path("building"), settings)
+        page.enter(make_screen)
         add_opening(page, settings)
         teller(quiet=quiet)(f"Look at {page.address} (Ctrl-C ends).")
         if browser:

@@ -36,7 +36,7 @@ from racecar.pipelines.live.work.schedule import Schedule
 from racecar.sensors.odometry import Odometry
 
 if TYPE_CHECKING:
-    from racecar.pipelines.live.display.browser_view import LiveView
+    from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
 _WORK = {**START_WORK, "scan": 80, "map": 1, "settings": 4}
 _SIDE_WORK = {**DISPLAY_WORK, "map": 1, "memory": 1}
@@ -84,7 +84,7 @@ class LocalizerNode(LiveNode):
         node: Any,
         config: Config,
         start: LocalizerStart,
-        view: "LiveView | None" = None,
+        view: "WatchScreen | None" = None,
     ) -> None:
         """Surveys the map. Raises UserError when that or a parameter is at fault."""
         super().__init__(node, "localizer", _WORK, _SIDE_WORK, config.sensors, moves_laser=True)

@@ -39,7 +39,7 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
 if TYPE_CHECKING:
-    from racecar.pipelines.live.display.browser_view import LiveView
+    from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
 _MESSAGES = {"scan": 25_000, "motion": 100_000}
 """Kinds of messages, and how many of each may wait: ten minutes of them, as long as mapping an hour again
@@ -70,7 +70,9 @@ class MapperNode(LiveNode):
         "odometry": "the map rests on the scans alone",
     }
 
-    def __init__(self, node: Any, output: MapOutput, log: DriveLog, view: "LiveView | None" = None) -> None:
+    def __init__(
+        self, node: Any, output: MapOutput, log: DriveLog, view: "WatchScreen | None" = None
+    ) -> None:
         """Raises UserError that names a parameter at fault."""
         super().__init__(node, "mapper", _WORK, _SIDE_WORK, output.config.sensors, moves_laser=False)
         config = output.config.mapping

@@ -1,26 +1,84 @@
-"""What is drawn over the floor: the map, lines, dots and words, each under a name, the later kinds on top."""
+"""What is drawn over the floor, each thing under a name, and the legend of what is drawn."""
 
-from typing import Any
+from collections.abc import Sequence
+from html import escape
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from viser import ViserServer
 
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.grid.edits import EDIT_KINDS
-from racecar.pipelines.studio.map_image import MapImage
-from racecar.pipelines.studio.palette import Color
-
-STEP = 0.001
-"""Metres from layer to layer, so that the upper ones hide the lower ones and none seems to lie elsewhere."""
-ORDER = (
-    *("map", "covered", "doubt", "path", "matches", "planned", "loops", "keyframes", "mark", "truth", "scan"),
-    *("course", "particles", "ellipse", "car", "goal", "drag"),
-    *(*EDIT_KINDS, "chosen", "drawn", "corners"),
+from racecar.maps.grid.raster import Raster
+from racecar.pipelines.studio.map_image import paint
+from racecar.pipelines.studio.palette import (
+    CAR,
+    LIGHT,
+    LOOP,
+    PARTICLE,
+    PATH,
+    SCAN,
+    SKY,
+    TRUTH,
+    Backdrop,
+    Color,
+    Shades,
+    as_css,
 )
-"""The names of the layers, from the lowest to the highest."""
+
+
+class Layer(NamedTuple):
+    """How something is drawn that is known by its name."""
+
+    color: Color
+    words: str = ""
+    """Its line of the legend; none where it goes without saying."""
+    width: float = 2.0
+    """Pixels: the thickness of a line, the diameter of a dot."""
+
+
+LAYERS = {
+    "path": Layer(PATH, "path", 3.0),
+    "matches": Layer(SKY, "match"),
+    "planned": Layer(SKY, "planned way"),
+    "loops": Layer(LOOP, "loop closure"),
+    "keyframes": Layer(SKY, "keyframe", 6.0),
+    "doubts": Layer(LOOP, "doubtful place (cross)", 4.0),
+    "walkers": Layer(LOOP, "walker", 7.0),
+    "truth": Layer(TRUTH, "car, as it is", 4.0),
+    "scan": Layer(SCAN, "scan", 3.0),
+    "course": Layer(SKY, "the course's filter", 1.5),
+    "particles": Layer(PARTICLE, "particle, with its heading", 1.5),
+    "ellipse": Layer(CAR, "covariance (3 σ)"),
+    "car": Layer(CAR, "car, as estimated", 4.0),
+    "goal": Layer(LOOP, "goal", 4.0),
+    "drag": Layer(LOOP, "", 4.0),
+    "erase": Layer(CAR, "erase"),
+    "wall": Layer(PARTICLE, "wall"),
+    "free": Layer(SKY, "free"),
+    "unknown": Layer(TRUTH, "unknown"),
+    "keepout": Layer(LOOP, "keep out"),
+    "speed": Layer(SCAN, "speed limit"),
+    "chosen": Layer(PATH, "chosen", 5.0),
+    "drawn": Layer(PATH, "", 3.0),
+    "corners": Layer(PATH, "being drawn", 9.0),
+}
+"""From the lowest to the highest, all above the map."""
+_STEP = 0.001
+"""Metres from layer to layer, so that the upper ones hide the lower ones and none seems to lie elsewhere."""
 _DOT = 0.002
 """Metres: the length of the line as which a dot is drawn; only lines keep their thickness when one zooms."""
+_ARROW = 0.15
+"""Metres of a pose's arrow: its direction is seen where a car is, and many are told apart. By judgement."""
+_HEIGHTS = {name: number * _STEP for number, name in enumerate(LAYERS, start=1)}
+
+
+class Entry(NamedTuple):
+    """A line of the legend."""
+
+    words: str
+    colors: tuple[Color, ...]
+    """One, or a scale of them."""
 
 
 class Layers:
@@ -28,49 +86,56 @@ class Layers:
 
     def __init__(self, server: ViserServer) -> None:
         self._scene = server.scene
+        self._legend = server.gui.add_html("", order=1e9)
+        self._ground = LIGHT
         self._handles: dict[str, Any] = {}
-        self._sizes: dict[str, tuple[float, float]] = {}
+        self._entries: dict[str, Entry] = {}
+        """Of the legend, for each layer that is there."""
         self._hidden: set[str] = set()
+        self._painted: tuple[Raster, Sequence[tuple[Raster, Color]]] | None = None
+        self._size = 0.0, 0.0
 
-    def image(self, name: str, image: MapImage) -> None:
-        """Pixels on the floor."""
+    def begin_anew(self) -> None:
+        """Take everything away, and hide nothing of what is to come."""
+        self.clear("map", *LAYERS)
+        self._hidden.clear()
+        self._painted = None
+
+    def map(self, grid: Raster, tints: Sequence[tuple[Raster, Color]] = ()) -> None:
+        """The floor: a grid, with ``tints`` as `paint` takes them."""
+        self._painted = grid, tints
+        image = paint(grid, self._ground, tints)
         x, y, yaw = image.map_from_middle
-        position = (float(x), float(y), ORDER.index(name) * STEP)
-        wxyz = (float(np.cos(yaw / 2)), 0.0, 0.0, float(np.sin(yaw / 2)))
-        handle = self._handles.get(name)
-        if handle is not None and self._sizes[name] == image.size:
-            handle.image = image.pixels
-            handle.position, handle.wxyz = position, wxyz
+        place: dict[str, Any] = {
+            "position": (float(x), float(y), 0.0),
+            "wxyz": (float(np.cos(yaw / 2)), 0.0, 0.0, float(np.sin(yaw / 2))),
+        }
+        handle = self._handles.get("map")
+        if handle is not None and self._size == image.size:
+            handle.image, handle.position, handle.wxyz = image.pixels, place["position"], place["wxyz"]
             return
-        self._sizes[name] = image.size
-        self._handles[name] = self._scene.add_image(
-            f"/{name}",
-            image.pixels,
-            *image.size,
-            format="png",
-            position=position,
-            wxyz=wxyz,
-            visible=self.is_shown(name),
-        )
+        self._size = image.size
+        self._handles["map"] = self._scene.add_image("/map", image.pixels, *image.size, format="png", **place)
 
-    def segments(
-        self,
-        name: str,
-        ends: NDArray[np.float64],
-        color: Color | NDArray[np.uint8],
-        width: float = 2.0,
-    ) -> None:
-        """Lines between ends (N, 2, 2), ``width`` pixels thick, in one colour or each in its own (N, 3)."""
+    def lie_on(self, ground: Backdrop) -> None:
+        """Paint the map, now and from now on, on another ground."""
+        self._ground = ground
+        if self._painted is not None:
+            self.map(*self._painted)
+
+    def segments(self, name: str, ends: NDArray[np.float64], shades: Shades | None = None) -> None:
+        """Lines between ends (N, 2, 2), in the layer's colour, or in so many shades; of none, the layer is
+        taken away."""
         if len(ends) == 0:
             self.clear(name)
             return
-        heights = np.full((*ends.shape[:2], 1), ORDER.index(name) * STEP)
+        layer, handle = LAYERS[name], self._handles.get(name)
+        heights = np.full((*ends.shape[:2], 1), _HEIGHTS[name])
         points = np.concatenate([ends, heights], axis=2).astype(np.float32)
-        colors = np.asarray(color, dtype=np.uint8)
-        if colors.ndim == 2:
-            colors = np.repeat(colors[:, None], 2, axis=1)
-        handle = self._handles.get(name)
-        if handle is not None and np.array_equal(handle.colors, colors) and handle.thickness == width:
+        colors = np.array(layer.color, dtype=np.uint8)
+        if shades is not None:
+            colors = np.repeat(shades.colors[:, None], 2, axis=1)
+        if handle is not None and np.array_equal(handle.colors, colors):
             if not np.array_equal(handle.points, points):
                 handle.points = points
             return
@@ -78,47 +143,33 @@ class Layers:
             f"/{name}",
             points,
             colors,
-            thickness=width,
+            thickness=layer.width,
             thickness_units="screen",
-            visible=self.is_shown(name),
+            visible=name not in self._hidden,
         )
+        self._entries[name] = Entry(layer.words, (layer.color,)) if shades is None else Entry(*shades[:2])
+        self._show_legend()
 
-    def line(
-        self, name: str, points: NDArray[np.float64], color: Color | NDArray[np.uint8], width: float = 2.0
-    ) -> None:
-        """A line through points (N, 2); of one point there is none. Segments may have colours (N - 1, 3)."""
-        self.segments(name, np.stack([points[:-1], points[1:]], axis=1), color, width)
+    def line(self, name: str, points: NDArray[np.float64], shades: Shades | None = None) -> None:
+        """A line through points (N, 2), perhaps in N - 1 shades; of one point there is none."""
+        self.segments(name, np.stack([points[:-1], points[1:]], axis=1), shades)
 
-    def dots(
-        self, name: str, points: NDArray[np.float64], color: Color | NDArray[np.uint8], width: float = 4.0
-    ) -> None:
-        """Dots at points (N, 2), ``width`` pixels wide."""
-        self.segments(name, np.stack([points, points + np.array([_DOT, 0.0])], axis=1), color, width)
+    def dots(self, name: str, points: NDArray[np.float64]) -> None:
+        """Dots at points (N, 2)."""
+        self.segments(name, np.stack([points, points + np.array([_DOT, 0.0])], axis=1))
 
-    def arrows(self, name: str, poses: Pose, color: Color, length: float, width: float = 2.0) -> None:
+    def arrows(self, name: str, poses: Pose) -> None:
         """Short lines from poses (N, 3) to where they look."""
-        ahead = length * np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
-        self.segments(name, np.stack([poses[:, :2], poses[:, :2] + ahead], axis=1), color, width)
+        ahead = _ARROW * np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
+        self.segments(name, np.stack([poses[:, :2], poses[:, :2] + ahead], axis=1))
 
     def clear(self, *names: str) -> None:
         """Take layers away."""
         for name in names:
-            handle = self._handles.pop(name, None)
-            if handle is not None:
-                handle.remove()
-
-    def clear_all(self) -> None:
-        """Take all layers away."""
-        self.clear(*list(self._handles))
-
-    def begin_anew(self) -> None:
-        """Take all layers away, and hide none of those to come."""
-        self.clear_all()
-        self._hidden.clear()
-
-    def is_shown(self, name: str) -> bool:
-        """Whether a layer is to be seen."""
-        return name not in self._hidden
+            if name in self._handles:
+                self._handles.pop(name).remove()
+                self._entries.pop(name, None)
+                self._show_legend()
 
     def show(self, name: str, *, is_wanted: bool) -> None:
         """Whether a layer is to be seen, now and when it is drawn anew."""
@@ -127,3 +178,30 @@ class Layers:
             self._hidden.add(name)
         if name in self._handles:
             self._handles[name].visible = is_wanted
+        self._show_legend()
+
+    def _show_legend(self) -> None:
+        shown = [self._entries[name] for name in LAYERS if name in self._entries.keys() - self._hidden]
+        content = legend(shown)
+        if self._legend.content != content:
+            self._legend.content = content
+
+
+def legend(entries: Sequence[Entry]) -> str:
+    """At the lower left of every page, over the scale bar; what has no words is left out."""
+    rows = "".join(
+        f'<div style="display:flex; align-items:center; gap:8px"><span style="width:22px; height:6px; '
+        f'border-radius:3px; background:{_background(entry.colors)}"></span>{escape(entry.words)}</div>'
+        for entry in entries
+        if entry.words
+    )
+    return rows and (
+        '<div data-testid="legend" style="position:fixed; left:16px; bottom:60px; z-index:5; '
+        "pointer-events:none; font:13px/1.5 sans-serif; padding:6px 10px; border-radius:6px; "
+        f'color:#1b1f24; background:rgba(255,255,255,0.85)">{rows}</div>'
+    )
+
+
+def _background(colors: tuple[Color, ...]) -> str:
+    names = [as_css(color) for color in colors]
+    return names[0] if len(names) == 1 else f"linear-gradient(90deg, {', '.join(names)})"

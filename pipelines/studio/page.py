@@ -1,7 +1,7 @@
 """The page: server, drawing, views and side panel; and the one thread that does the work.
 
 What is clicked becomes a request in a queue, which the worker takes between two frames. So no two threads
-ever touch a room, however many pages are open.
+ever touch a screen, however many pages are open.
 """
 
 import io
@@ -12,9 +12,9 @@ import socket
 import threading
 import time
 import warnings
-from collections.abc import Callable
-from contextlib import redirect_stdout
-from typing import Any, cast
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager, redirect_stdout
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +23,9 @@ from viser import ClientHandle, GuiEvent, GuiFolderHandle, SceneClickEvent
 from racecar.maps.errors import UserError
 from racecar.pipelines.runs.error_sentences import in_one_sentence, is_mendable_by_user
 from racecar.pipelines.studio.layers import Layers
-from racecar.pipelines.studio.legend import Legend
 from racecar.pipelines.studio.pace import Pace
-from racecar.pipelines.studio.palette import DARK, LIGHT, Backdrop
-from racecar.pipelines.studio.room import Room
+from racecar.pipelines.studio.palette import DARK, LIGHT
+from racecar.pipelines.studio.screen import Screen
 from racecar.pipelines.studio.server.gate import LOOPBACK, Gate
 from racecar.pipelines.studio.server.gated_server import gated_server
 from racecar.pipelines.studio.server.secret import page_secret
@@ -37,8 +36,8 @@ FRAME = 0.05
 _SLOWEST_FRAME = 0.25
 """Seconds by which a frame goes on at most: a page that was held up does not leap."""
 _WARNED_FOR = 15.0
-"""Seconds for which a room that was warned of may be left by pressing again: longer than the message is seen,
-and too short to have forgotten it."""
+"""Seconds for which a screen that was warned of may be left by pressing again: longer than the message is
+seen, and too short to have forgotten it."""
 _MOST_REQUESTS = 1000
 """That wait; more come only from a page gone wild, and are dropped."""
 
@@ -48,6 +47,7 @@ _LOOK_EVERY = 5.0
 _log = logging.getLogger(__name__)
 
 Request = Callable[[], None]
+ScreenT = TypeVar("ScreenT", bound=Screen)
 
 
 class Page:
@@ -56,12 +56,11 @@ class Page:
     def __init__(self, title: str, port: int) -> None:
         """Port 0 takes a free one, and so does one that is in use, which is said in the log."""
         self._requests: queue.Queue[Request] = queue.Queue(_MOST_REQUESTS)
-        self._room: Room | None = None
+        self._screen: Screen | None = None
         self._folders: list[GuiFolderHandle] = []
         self._stop = threading.Event()
         self._has_dropped = False
         self._warned_until = -math.inf
-        self.ground: Backdrop = LIGHT
         _hush()
         self._secret = page_secret()
         self.server = gated_server(LOOPBACK, _usable(port), title, Gate(self._secret))
@@ -70,7 +69,6 @@ class Page:
         self.layers = Layers(self.server)
         self.pace = Pace(self.server)
         self.view = TopView(self.server, self._take_drag)
-        self.legend = Legend(self.server)
         self.server.scene.world_axes.visible = False
         self.server.scene.on_click()(cast(Any, self._click))  # it may be a coroutine, its types do not say so
         dark = self.gui.add_checkbox("Dark", False, order=1e6)
@@ -82,26 +80,23 @@ class Page:
         """Where a browser of this machine finds the page; whoever knows it may use the page."""
         return f"http://{LOOPBACK}:{self.server.get_port()}/{self._secret}/"
 
-    def enter(self, make_room: Callable[[], Room]) -> None:
+    def enter(self, make_screen: Callable[[], Screen]) -> None:
         """Use the page for something else; called by the worker, or before it runs."""
-        if self._room is not None:
-            self._room.close()
-        self._room = None
+        if self._screen is not None:
+            self._screen.close()
+        self._screen = None
         for folder in self._folders:
             folder.remove()
         self._folders.clear()
         self.layers.begin_anew()
-        self.legend.show([])
-        room = make_room()
-        room.draw_all()
-        self._room = room
+        self._screen = make_screen()
 
-    def leave_for(self, prepare: Callable[[], Callable[[], Room]]) -> None:
-        """Enter the room that ``prepare`` has made ready, which may raise UserError.
+    def leave_for(self, prepare: Callable[[], Callable[[], Screen]]) -> None:
+        """Enter the screen that ``prepare`` has made ready, which may raise UserError.
 
         Raises UserError as well when something would be lost; asked again soon, it is.
         """
-        loss = "" if self._room is None else self._room.would_be_lost
+        loss = "" if self._screen is None else self._screen.would_be_lost
         if loss and time.monotonic() > self._warned_until:
             self._warned_until = time.monotonic() + _WARNED_FOR
             raise UserError(loss)
@@ -109,7 +104,7 @@ class Page:
         self.enter(prepare())
 
     def folder(self, label: str, *, is_open: bool = True) -> GuiFolderHandle:
-        """A part of the side panel that is there while the room is."""
+        """A part of the side panel that is there while the screen is."""
         folder = self.gui.add_folder(label, expand_by_default=is_open)
         self._folders.append(folder)
         return folder
@@ -126,9 +121,9 @@ class Page:
             self._has_dropped = True
 
     def ask(self, request: Request) -> None:
-        """Have the worker do what a person asks of the room: nothing, once another was entered."""
-        room = self._room
-        self.request(lambda: request() if self._room is room else None)
+        """Have the worker do what a person asks of the screen: nothing, once another was entered."""
+        screen = self._screen
+        self.request(lambda: request() if self._screen is screen else None)
 
     def on_press(self, button: Any, action: Request) -> None:
         """Have the worker do something when a button is pressed."""
@@ -157,7 +152,7 @@ class Page:
             if now - looked > _LOOK_EVERY:
                 looked = now
                 self._look()
-            if self._room is not None:
+            if self._screen is not None:
                 self._survive(self._step, min(now - last, _SLOWEST_FRAME))
             last = now
             self._stop.wait(max(0.0, now + FRAME - time.monotonic()))
@@ -168,8 +163,8 @@ class Page:
 
     def close(self) -> None:
         """Serve no longer."""
-        if self._room is not None:
-            self._room.close()
+        if self._screen is not None:
+            self._screen.close()
         with redirect_stdout(io.StringIO()):  # it announces its end, too
             self.server.stop()
 
@@ -187,12 +182,12 @@ class Page:
             self.stop()
 
     def _step(self, seconds: float) -> None:
-        if self._room is None:
+        if self._screen is None:
             return
-        self._room.step(seconds)
+        self._screen.step(seconds)
         if self.pace.has_pages and self.pace.is_ready:
             with self.server.atomic():
-                self._room.draw()
+                self._screen.draw()
             self.pace.note_frame()
 
     def _take_requests(self) -> None:
@@ -212,25 +207,46 @@ class Page:
             self.tell("This is a fault in racecar", f"{type(error).__name__}: {error}", "red")
 
     def _paint_ground(self, is_dark: bool) -> None:
-        self.ground = DARK if is_dark else LIGHT
+        ground = DARK if is_dark else LIGHT
         self.gui.configure_theme(dark_mode=is_dark, show_logo=False, show_share_button=False)
         self.server.scene.set_background_image(
-            np.full((1, 1, 3), self.ground.unknown, dtype=np.uint8), format="png"
+            np.full((1, 1, 3), ground.unknown, dtype=np.uint8), format="png"
         )
-        if self._room is not None:
-            self._room.draw_all()
+        self.layers.lie_on(ground)
 
     async def _click(self, event: SceneClickEvent) -> None:
-        place, room = floor_point(event.ray_origin, event.ray_direction), self._room
-        if room is not None:
-            self.ask(lambda: room.click(place))
+        place, screen = floor_point(event.ray_origin, event.ray_direction), self._screen
+        if screen is not None:
+            self.ask(lambda: screen.tool.click(place))
 
     def _take_drag(self, phase: str, start: NDArray[np.float64], end: NDArray[np.float64]) -> bool:
-        room = self._room
-        if room is None or not room.takes_drag(start):
+        tool = None if self._screen is None else self._screen.tool
+        if tool is None or not tool.takes_drag(start):
             return False
-        self.ask(lambda: room.drag(start, end, is_over=phase == "end"))
+        self.ask(lambda: tool.drag(start, end, is_over=phase == "end"))
         return True
+
+
+@contextmanager
+def open_beside(
+    title: str, port: int, make_screen: Callable[[Page], ScreenT]
+) -> Iterator[tuple[Page, ScreenT]]:
+    """A page with a screen, while the block lasts; a thread of its own does the work."""
+    with closing(Page(title, port)) as page:
+        made: list[ScreenT] = []
+
+        def make() -> ScreenT:
+            made.append(make_screen(page))
+            return made[0]
+
+        page.enter(make)
+        worker = threading.Thread(target=page.run, name="page", daemon=True)
+        worker.start()
+        try:
+            yield page, made[0]
+        finally:
+            page.stop()
+            worker.join()
 
 
 def _hush() -> None:

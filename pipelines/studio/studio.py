@@ -1,4 +1,4 @@
-"""Which room of the studio fits what it is opened with."""
+"""Which screen of the studio fits what it is opened with."""
 
 import os
 from collections.abc import Callable
@@ -19,13 +19,13 @@ from racecar.pipelines.runs.batch.bag_search import find_bags
 from racecar.pipelines.runs.render_run import render_run
 from racecar.pipelines.runs.view.run_folder import load_run
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
-from racecar.pipelines.studio.drive.drive_room import DriveRoom
-from racecar.pipelines.studio.edit.edit_room import EditRoom
+from racecar.pipelines.studio.drive.drive_screen import DriveScreen
+from racecar.pipelines.studio.edit.edit_screen import EditScreen
 from racecar.pipelines.studio.edit.saving import as_the_map_lies
-from racecar.pipelines.studio.look.look_room import LookRoom
-from racecar.pipelines.studio.map_bag.map_bag_room import MapBagRoom
+from racecar.pipelines.studio.look.look_screen import LookScreen
+from racecar.pipelines.studio.map_bag.map_bag_screen import MapBagScreen
 from racecar.pipelines.studio.page import Page
-from racecar.pipelines.studio.room import Room
+from racecar.pipelines.studio.screen import Screen
 
 _MARKS_OF_A_RUN = ("trajectory.tum", "record")
 """Files of a run's folder of which it has one at least."""
@@ -33,8 +33,8 @@ _RUNS = Path("runs")
 """The folder to which maps go if no other is named; bags in it are recordings of runs."""
 
 
-def room_for(page: Page, target: Path, settings: Config) -> Callable[[], Room]:
-    """How to make the room for a run's folder, which is looked at, for a map, on which one drives, or for a
+def screen_for(page: Page, target: Path, settings: Config) -> Callable[[], Screen]:
+    """How to make the screen for a run's folder, which is looked at, for a map, on which one drives, or for a
     bag or a folder of bags, which become maps.
 
     Raises UserError when it is none of these, or cannot be read.
@@ -53,25 +53,25 @@ def room_for(page: Page, target: Path, settings: Config) -> Callable[[], Room]:
 
 
 def add_opening(page: Page, settings: Config) -> None:
-    """A part of the side panel, in every room, from which one goes anywhere."""
+    """A part of the side panel, on every screen, from which one goes anywhere."""
     with page.gui.add_folder("Open something else", order=1e5, expand_by_default=False):
         page.gui.add_markdown("A run's folder, a bag, a folder of bags, or a map.")
         path = page.gui.add_text("Path", "building")
         page.on_press(
             page.gui.add_button("Open"),
-            lambda: page.leave_for(partial(_room_named, page, path.value, settings)),
+            lambda: page.leave_for(partial(_screen_named, page, path.value, settings)),
         )
 
 
-def look(page: Page, run: Path, settings: Config) -> Callable[[], Room]:
-    """How to make the room in which a run is looked at. Raises UserError when it cannot be read."""
+def look(page: Page, run: Path, settings: Config) -> Callable[[], Screen]:
+    """How to make the screen on which a run is looked at. Raises UserError when it cannot be read."""
     scene = load_run(run)
 
     def enter_edit() -> None:
         page.tell("One moment", "The map is drawn without its edits.")
         page.enter(edit(page, run, settings))
 
-    return lambda: LookRoom(
+    return lambda: LookScreen(
         page,
         scene,
         edit=enter_edit if (run / SESSION_FILE).is_file() else None,
@@ -79,28 +79,28 @@ def look(page: Page, run: Path, settings: Config) -> Callable[[], Room]:
     )
 
 
-def edit(page: Page, run: Path, settings: Config) -> Callable[[], Room]:
-    """How to make the room in which the map of a run is edited, and from which one goes back to the run.
+def edit(page: Page, run: Path, settings: Config) -> Callable[[], Screen]:
+    """How to make the screen on which the map of a run is edited, and from which one goes back to the run.
 
     Raises UserError when there is no session to render it from, or its edits have a mistake.
     """
     edits = edits_beside(run)
     config = as_the_map_lies(run, settings.mapping)
     grid = render_run(run, config, MapEdits(), Report("racecar studio")).drawn.tiled
-    go_back = partial(page.leave_for, partial(room_for, page, run, settings))
-    return lambda: EditRoom(page, run, config, grid, edits, go_back)
+    go_back = partial(page.leave_for, partial(screen_for, page, run, settings))
+    return lambda: EditScreen(page, run, config, grid, edits, go_back)
 
 
-def drive(page: Page, map: Path, settings: Config) -> Callable[[], Room]:
-    """How to make the room in which one drives on a map. Raises UserError when it cannot be read, or the car
-    finds no room in it."""
+def drive(page: Page, map: Path, settings: Config) -> Callable[[], Screen]:
+    """How to make the screen on which one drives on a map. Raises UserError when it cannot be read, or the
+    car finds no place in it."""
     grid = load_map(map)
     simulation = DrivenSimulation(grid, Conditions())
-    return lambda: DriveRoom(page, grid, simulation, settings.localization, settings.mapping)
+    return lambda: DriveScreen(page, grid, simulation, settings.localization, settings.mapping)
 
 
-def map_bag(page: Page, source: Path, settings: Config) -> Callable[[], Room]:
-    """How to make the room in which a bag becomes a map, or one of those in a folder. Raises UserError when
+def map_bag(page: Page, source: Path, settings: Config) -> Callable[[], Screen]:
+    """How to make the screen on which a bag becomes a map, or one of those in a folder. Raises UserError when
     there is none."""
     if source.is_file() and not is_bag_file(source):
         raise UserError(f"{source} is neither a bag nor a map; of a run, name the folder.")
@@ -114,12 +114,12 @@ def map_bag(page: Page, source: Path, settings: Config) -> Callable[[], Room]:
     def open_run(run: Path) -> None:
         page.enter(look(page, run, settings))
 
-    return lambda: MapBagRoom(page, names, settings, open_run)
+    return lambda: MapBagScreen(page, names, settings, open_run)
 
 
-def _room_named(page: Page, name: str, settings: Config) -> Callable[[], Room]:
-    """The room for what a person has typed."""
-    return room_for(page, typed_path(name), settings)
+def _screen_named(page: Page, name: str, settings: Config) -> Callable[[], Screen]:
+    """The screen for what a person has typed."""
+    return screen_for(page, typed_path(name), settings)
 
 
 def _is_map(target: Path) -> bool:

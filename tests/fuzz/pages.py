@@ -14,11 +14,9 @@ from websockets.exceptions import ConnectionClosed
 from racecar.maps.map_files import load_map
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.studio.page import Page
-from racecar.pipelines.studio.room import Room
+from racecar.pipelines.studio.screen import Screen
 from racecar.pipelines.studio.studio import add_opening, drive, edit
-from racecar.pipelines.studio.watch.tools import NodeTool, Senders
-from racecar.pipelines.studio.watch.watch_room import WatchRoom
-from racecar.pipelines.studio.watched import Glimpse
+from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 from tests.pipelines.studio.server.visitor import VIEW, visiting
 
 _PATIENCE = 60.0
@@ -88,7 +86,7 @@ def page_action(kind: str) -> int:
     """Say all that to a page, and see whether it still does its work."""
     frames = list(_frames(Path(SAID).read_bytes()))
     with closing(Page("a page", 0)) as page:
-        page.enter(_ROOMS[kind](page))
+        page.enter(_SCREENS[kind](page))
         add_opening(page, Config())
         _controls(page)[-2].value = "room.yaml"  # what it offers to open takes too long here
         worker = threading.Thread(target=page.run)
@@ -159,20 +157,20 @@ def _value(control: Any, share: float) -> Any:
     return options[min(int(share * len(options)), len(options) - 1)]
 
 
-def _watch(page: Page) -> Callable[[], Room]:
-    def make() -> Room:
-        room = WatchRoom(page, list(NodeTool))
-        room.connect(Senders(lambda goal: "It went away.", lambda place: "It went away."))
-        room.take_map(load_map(Path("room.yaml")))
-        room.take(Glimpse(np.zeros(3), np.zeros((1, 2)), np.zeros((1, 3)), None))
-        return room
+def _watch(page: Page) -> Callable[[], Screen]:
+    def make() -> Screen:
+        screen = WatchScreen(page, tells_places=True)
+        screen.connect(lambda goal: "It went away.", lambda place: "It went away.")
+        screen.show_map(load_map(Path("room.yaml")))
+        screen.show(np.zeros(3), np.zeros((1, 2)), np.zeros((1, 3)))
+        return screen
 
     return make
 
 
-_ROOMS: Mapping[str, Callable[[Page], Callable[[], Room]]] = {
+_SCREENS: Mapping[str, Callable[[Page], Callable[[], Screen]]] = {
     "watch": _watch,
     "drive": lambda page: drive(page, Path("room.yaml"), Config()),
     "edit": lambda page: edit(page, Path("run"), Config()),
 }
-ROOMS = tuple(_ROOMS)
+SCREENS = tuple(_SCREENS)

@@ -39,7 +39,7 @@ from racecar.pipelines.runs.mapping_job import MappingJob, is_done
 from racecar.pipelines.runs.source_recording import SourceRecording
 from racecar.pipelines.runs.view.run_folder import load_run
 from racecar.sensors.odometry import Odometry
-from tests.fuzz.pages import ROOMS, SAID, page_action, sound_messages
+from tests.fuzz.pages import SAID, SCREENS, page_action, sound_messages
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -419,7 +419,7 @@ def _pages(room: Mapping[str, bytes], session: bytes) -> list[Sample]:
     files = {**room, f"run/{SESSION_FILE}": session, SAID: msgspec.msgpack.encode(sound_messages())}
     return [
         Sample(f"page to {kind}", files, partial(page_action, kind), (SAID,), "page", 0.5, 30.0)
-        for kind in ROOMS
+        for kind in SCREENS
     ]
 
 

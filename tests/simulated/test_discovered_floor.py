@@ -54,6 +54,6 @@ def discover(plan: OccupancyGrid, folder: Path, seed: int) -> Pose:
         clicked += 1
         end = simulation.seconds + LONGEST
         while simulation.is_underway and simulation.seconds < end:
-            discovery.take(simulation.advance(FRAME))
+            discovery.take(simulation.advance(FRAME), simulation.truth, simulation.seconds)
     discovery.save(folder)
     return start

@@ -20,7 +20,7 @@ from racecar.pipelines.live.work.worker import Worker
 from racecar.sensors.scan import Scan
 
 if TYPE_CHECKING:
-    from racecar.pipelines.live.display.browser_view import LiveView
+    from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
 DISPLAY_WORK = {"cloud": 1, "particles": 1, "path": 1, "view": 1}
 """Kinds of work for the worker, and how much of each may wait: the newest is enough to look at."""
@@ -52,7 +52,7 @@ class LocalizerDisplay(NodeDisplay):
     last_words = "The node has ended."
 
     def __init__(
-        self, node: Any, map_frame: str, worker: Worker, view: "LiveView | None", *, publishes_map: bool
+        self, node: Any, map_frame: str, worker: Worker, view: "WatchScreen | None", *, publishes_map: bool
     ) -> None:
         """Raises UserError that names a parameter at fault."""
         rates = declare_settings(node, _Rates(), read_only=True)
@@ -82,7 +82,7 @@ class LocalizerDisplay(NodeDisplay):
         self._particle_topic.publish(pose_array_bytes(stamp, self._map_frame, localizer.particles()[0]))
 
     def _show_in_browser(
-        self, view: "LiveView", scan: Scan, map_from_base: Pose, localizer: Localizer
+        self, view: "WatchScreen", scan: Scan, map_from_base: Pose, localizer: Localizer
     ) -> None:
         points = transform_points(map_from_base, scan.points_in_base())
         view.show(map_from_base, points, self._path.poses, localizer.particles()[0])

@@ -20,7 +20,7 @@ from racecar.pipelines.live.work.worker import Worker
 from racecar.sensors.scan import Scan
 
 if TYPE_CHECKING:
-    from racecar.pipelines.live.display.browser_view import LiveView
+    from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
 DISPLAY_WORK, DRAWING_WORK = {"graph": 1, "path": 1, "view": 1}, {"map": 1}
 """Kinds of work for the worker and for the drawer, and how much of each may wait: the newest is enough to
@@ -42,7 +42,7 @@ class MapperDisplay(NodeDisplay):
         new_grid: Callable[[], GrowingGrid],
         worker: Worker,
         drawer: Worker,
-        view: "LiveView | None",
+        view: "WatchScreen | None",
         health: Health,
     ) -> None:
         """``drawer`` draws the map into a ``new_grid``; beside other work it would wait for that."""
@@ -82,6 +82,6 @@ class MapperDisplay(NodeDisplay):
     def _publish_graph(self, stamp: Any, session: Session) -> None:
         self._graph_topic.publish(graph_markers(stamp, self._map_frame, session))
 
-    def _show_in_browser(self, view: "LiveView", scan: Scan, map_from_base: Pose) -> None:
+    def _show_in_browser(self, view: "WatchScreen", scan: Scan, map_from_base: Pose) -> None:
         points = transform_points(map_from_base, scan.points_in_base())
         view.show(map_from_base, points, self._path.poses)

@@ -15,10 +15,9 @@ from racecar.pipelines.live.ros.messages import grid_message
 from racecar.pipelines.live.ros.qos import LATCHED, is_heard
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
-from racecar.pipelines.studio.watch.tools import Senders
 
 if TYPE_CHECKING:
-    from racecar.pipelines.live.display.browser_view import LiveView
+    from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
 _SPACING = 0.05
 """Metres between poses of a path: finer than a line is drawn, by judgement."""
@@ -37,7 +36,7 @@ class NodeDisplay:
         node: Any,
         map_frame: str,
         worker: Worker,
-        view: "LiveView | None",
+        view: "WatchScreen | None",
         periods: Mapping[str, float],
         *,
         publishes_map: bool,
@@ -55,7 +54,7 @@ class NodeDisplay:
         if view is not None:
             goals = ClickedGoals(node, map_frame)
             places = ClickedPlaces(node, map_frame) if tells_places else None
-            view.connect(Senders(goals.send, None if places is None else places.send))
+            view.connect(goals.send, None if places is None else places.send)
             self._clicks = [goals, *([] if places is None else [places])]
 
     def tell(self, words: str) -> None:

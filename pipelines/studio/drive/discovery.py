@@ -5,21 +5,25 @@ from pathlib import Path
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.mapping.mapper import Mapper
-from racecar.maps.geometry.se2 import Pose, compose
+from racecar.maps.geometry.se2 import Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.runs.mapping_run import finish_and_save
 from racecar.pipelines.runs.output_places import OutputFolder, check_places
+from racecar.pipelines.studio.drive.follower import Follower
+from racecar.pipelines.studio.watched_car import Glimpse
 from racecar.sensors.measurement import Measurement
+from racecar.sensors.scan import Scan
 
 
-class Discovery:
+class Discovery(Follower):
     """A mapper that begins where the car is; its map is shown as it lies in the world."""
 
     def __init__(self, config: MappingConfig, world_from_map: Pose) -> None:
         """``world_from_map`` (3,): the true pose of the car as it begins, where the map has its origin."""
+        super().__init__()
         self._config, self._world_from_map = config, world_from_map
         self._mapper = Mapper(config)
         self._growing = GrowingGrid(config.resolution, config.rendering)
@@ -31,23 +35,33 @@ class Discovery:
         """How many there are so far."""
         return self._mapper.growth.keyframes
 
-    def take(self, measured: list[Measurement]) -> None:
+    def take(self, measured: list[Measurement], truth: Pose, seconds: float) -> None:
         """Map what the sensors say."""
         for measurement in measured:
             map_from_base = feed(measurement, self._mapper)
             if map_from_base is not None:
                 self.pose = compose(self._world_from_map, map_from_base)
+        if self.pose is not None:
+            self.note_error(self.pose, truth, seconds)
 
-    def keyframe_places(self) -> Pose:
-        """(K, 3) poses of the keyframes in the world."""
-        return compose(self._world_from_map, self._mapper.session().map_from_base)
+    def glimpse(self, scan: Scan | None) -> Glimpse | None:
+        """With the path of the keyframes."""
+        if self.pose is None or scan is None:
+            return None
+        path = compose(self._world_from_map, self._mapper.session().map_from_base)
+        return Glimpse(self.pose, transform_points(self.pose, scan.points_in_base()), path)
 
-    def draw(self) -> OccupancyGrid | None:
+    def map(self) -> OccupancyGrid | None:
         """The map so far, in the world; None before the first keyframe."""
         if not self.keyframes:
             return None
         grid = self._growing.draw(*self._mapper.seen_so_far())
         return OccupancyGrid(grid.cells, grid.resolution, compose(self._world_from_map, grid.map_from_grid))
+
+    def words(self) -> str:
+        """How much is mapped."""
+        off = f", off by **{100 * self.errors[-1].metres:.1f} cm**" if self.errors else ""
+        return f"The mapper: {self.keyframes} keyframes{off}."
 
     def save(self, folder: Path) -> str:
         """Finish the map and write a run's folder; the verdict in words. The discovery is over then.

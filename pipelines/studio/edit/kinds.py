@@ -1,26 +1,22 @@
-"""The kinds of edits, as the page names, explains and colours them."""
-
-from typing import NamedTuple
+"""The kinds of edits, as the page names and explains them; its layers of these names have their colours."""
 
 from racecar.maps.grid.edits import EditKind
-from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, SCAN, SKY, TRUTH, Color
 
-
-class KindOnPage(NamedTuple):
-    """A kind of edit."""
-
-    name: str
-    help: str
-    color: Color
-
-
-KINDS: dict[EditKind, KindOnPage] = {
-    "erase": KindOnPage("Erase", "What was seen inside becomes free: a chair, a person.", CAR),
-    "wall": KindOnPage("Wall", "A wall from corner to corner.", PARTICLE),
-    "free": KindOnPage("Free", "All inside becomes free, even what nobody saw.", SKY),
-    "unknown": KindOnPage("Unknown", "All inside becomes unknown.", TRUTH),
-    "keepout": KindOnPage("Keep out", "No robot shall go there; the map stays as it is.", LOOP),
-    "speed": KindOnPage("Speed limit", "Robots shall be slow there; the map stays as it is.", SCAN),
+NAMES: dict[EditKind, str] = {
+    "erase": "Erase",
+    "wall": "Wall",
+    "free": "Free",
+    "unknown": "Unknown",
+    "keepout": "Keep out",
+    "speed": "Speed limit",
 }
+KIND_OF_NAME = {name: kind for kind, name in NAMES.items()}
 
-KIND_OF_NAME = {kind.name: key for key, kind in KINDS.items()}
+HELP: dict[EditKind, str] = {
+    "erase": "What was seen inside becomes free: a chair, a person.",
+    "wall": "A wall from corner to corner.",
+    "free": "All inside becomes free, even what nobody saw.",
+    "unknown": "All inside becomes unknown.",
+    "keepout": "No robot shall go there; the map stays as it is.",
+    "speed": "Robots shall be slow there; the map stays as it is.",
+}

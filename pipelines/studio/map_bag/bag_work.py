@@ -19,7 +19,7 @@ from racecar.pipelines.runs.other_process import leave_terminal_alone
 from racecar.pipelines.runs.progress import progress_heard_by
 from racecar.pipelines.runs.run_lock import run_lock
 from racecar.pipelines.studio.map_bag.sketcher import Sketcher, finished_sketch
-from racecar.pipelines.studio.watched import Glimpse
+from racecar.pipelines.studio.watched_car import Glimpse
 from racecar.sensors.config import SensorConfig
 
 _TELL_EVERY = 0.2

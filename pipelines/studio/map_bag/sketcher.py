@@ -15,7 +15,7 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.thinning import thinned
-from racecar.pipelines.studio.watched import Glimpse
+from racecar.pipelines.studio.watched_car import Glimpse
 from racecar.sensors.scan import Scan
 
 _EVERY = 0.5

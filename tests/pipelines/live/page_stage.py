@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from html import unescape
 from threading import Event
 from typing import TYPE_CHECKING, Any
@@ -11,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose
-from racecar.pipelines.live.display.browser_view import LiveView, live_view
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
-from racecar.pipelines.studio.watch.tools import NodeTool
+from racecar.pipelines.studio.page import Page, open_beside
+from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 from tests.pipelines.live.stage import wait_for
 from tests.pipelines.simulation.test_driven_simulation import GRID
 
@@ -30,23 +31,20 @@ class PageStage:
     """The node under test, its page, and the car."""
 
     bus: "Bus"
-    view: LiveView
+    page: Page
+    view: WatchScreen
     live: Any
     car: DrivenSimulation
 
-    @property
-    def room(self) -> Any:
-        return self.view._room
-
-    def choose(self, tool: NodeTool) -> None:
-        self._ask(lambda: self.room._pointer._choose(tool.value))
+    def choose(self, tool: str) -> None:
+        self._ask(lambda: self.view.tools.choose(tool))
 
     def click(self, place: NDArray[np.float64]) -> None:
-        self._ask(lambda: self.room.click(place))
+        self._ask(lambda: self.view.tool.click(place))
 
     def drag(self, start: NDArray[np.float64], end: NDArray[np.float64]) -> None:
-        self._ask(lambda: self.room.drag(start, end, is_over=False))
-        self._ask(lambda: self.room.drag(start, end, is_over=True))
+        self._ask(lambda: self.view.tool.drag(start, end, is_over=False))
+        self._ask(lambda: self.view.tool.drag(start, end, is_over=True))
 
     def await_words(self, words: str) -> None:
         """Until they are read in the panel: how the node is, or what became of a click."""
@@ -54,7 +52,7 @@ class PageStage:
 
     def said(self) -> str:
         self._ask(lambda: None)
-        return unescape(f"{self.room._state.content} {self.room._outcome.content}")
+        return unescape(f"{self.view._state.content} {self.view._outcome.content}")
 
     def start_car(self) -> None:
         """It drives on its own from now on; waits until it is shown on the map."""
@@ -62,7 +60,7 @@ class PageStage:
 
         node = self.bus.node("racecar_simulator", *_IN_NAMESPACE)
         SimulatorNode(node, self.car, pace=1.0, teleports=False).start()
-        watched = self.room._watched
+        watched = self.view.watched
         wait_for(
             lambda: bool(self.said()) and watched.grid is not None and watched.glimpse is not None,
             self.said,
@@ -72,22 +70,23 @@ class PageStage:
     def _ask(self, request: Any) -> None:
         """As what is done on a page in a browser comes: by the page's own thread, which all is waited for."""
         done = Event()
-        self.view._page.request(request)
-        self.view._page.request(done.set)
+        self.page.request(request)
+        self.page.request(done.set)
         assert done.wait(60.0)
 
 
 @contextmanager
 def page_stage(
-    name: str, tools: list[NodeTool], make: Callable[["BusNode", LiveView], Any]
+    name: str, make: Callable[["BusNode", WatchScreen], Any], *, tells_places: bool
 ) -> Iterator[PageStage]:
     """A page and the node that fills it, which is not started yet; the car stands still."""
     from tests.pipelines.live.bus import ros_bus
 
     car = DrivenSimulation(GRID, Conditions(noise=NoiseLevel.SLIGHT), start=START)
-    with ros_bus() as bus, live_view(name, None, tools) as view:
+    make_screen = partial(WatchScreen, tells_places=tells_places)
+    with ros_bus() as bus, open_beside(name, 0, make_screen) as (page, view):
         node = bus.node(name, *_IN_NAMESPACE, "-p", "base_frame:=car1/base_link")
-        yield PageStage(bus, view, make(node, view), car)
+        yield PageStage(bus, page, view, make(node, view), car)
 
 
 def distance(pose: Pose, place: NDArray[np.float64]) -> float:

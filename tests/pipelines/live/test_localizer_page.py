@@ -11,7 +11,7 @@ import pytest
 from racecar.localization.recovery import hypotheses
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.studio import page as page_module
-from racecar.pipelines.studio.watch.tools import NodeTool
+from racecar.pipelines.studio.watch.watch_screen import GOAL, PLACE
 from tests.pipelines.live.page_stage import START, PageStage, distance, page_stage
 from tests.pipelines.live.stage import localizer, wait_for
 from tests.pipelines.simulation.test_driven_simulation import GRID
@@ -26,7 +26,7 @@ def stage() -> Iterator[PageStage]:
 
     with (
         pytest.MonkeyPatch.context() as patch,
-        page_stage("racecar_localizer", list(NodeTool), make) as stage,
+        page_stage("racecar_localizer", make, tells_places=True) as stage,
     ):
         patch.setattr(hypotheses, "_SEARCH_FROM", 1.0)  # of what it is not told it finds nothing
         stage.live.start()
@@ -61,7 +61,7 @@ def test_the_panel_says_how_sure_the_place_is(stage: PageStage) -> None:
 def test_a_dragged_pose_makes_the_filter_converge(stage: PageStage) -> None:
     carry_to(stage, ELSEWHERE)
     stage.await_words("The car is lost")
-    stage.choose(NodeTool.PLACE)
+    stage.choose(PLACE)
     shown = ELSEWHERE[:2] + np.array([0.1, -0.1])
     stage.drag(shown, shown + np.array([0.0, -1.0]))
     stage.await_words("heading -90° (± ")
@@ -72,21 +72,21 @@ def test_a_dragged_pose_makes_the_filter_converge(stage: PageStage) -> None:
 
 def test_a_clicked_place_is_enough_and_the_heading_is_found(stage: PageStage) -> None:
     carry_to(stage, START)
-    stage.choose(NodeTool.PLACE)
+    stage.choose(PLACE)
     stage.click(START[:2] + np.array([-0.2, 0.2]))
     stage.await_words("heading unknown, went to car1/racecar_localizer (on /car1/clicked_point).")
     await_right(stage)
 
 
 def test_a_place_in_a_wall_is_refused_in_words(stage: PageStage) -> None:
-    stage.choose(NodeTool.PLACE)
+    stage.choose(PLACE)
     stage.drag(np.array([40.0, 40.0]), np.array([41.0, 40.0]))
     stage.await_words("is not on the map's free space")
     await_right(stage)
 
 
 def test_a_goal_is_driven_to_and_the_car_is_localized_on_its_way(stage: PageStage) -> None:
-    stage.choose(NodeTool.GOAL)
+    stage.choose(GOAL)
     stage.click(np.array([2.5, 4.5]))
     stage.await_words("went to car1/racecar_simulator (on /car1/goal_pose).")
     wait_for(lambda: distance(stage.car.truth, np.array([2.5, 4.5])) < 0.3, stage.said, 20.0)
@@ -97,7 +97,7 @@ def test_the_node_goes_on_when_the_pages_server_is_gone(
     stage: PageStage, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(page_module, "_LOOK_EVERY", 0.1)
-    page = stage.view._page
+    page = stage.page
     page.server.stop()
     wait_for(lambda: bool(caplog.messages) or Event().wait(0.05), lambda: "nothing is told of the page")
     poses = stage.live.health.count("poses")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from racecar.maps.geometry.se2 import compose, inverse, transform_points
-from racecar.pipelines.studio.watch.tools import NodeTool
+from racecar.pipelines.studio.watch.watch_screen import GOAL
 from tests.pipelines.live.page_stage import START, PageStage, distance, page_stage
 from tests.pipelines.live.stage import mapper, wait_for
 
@@ -20,8 +20,8 @@ def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageStage]:
     def make(node: Any, view: Any) -> Any:
         return mapper(node, tmp_path_factory.mktemp("out"), view)
 
-    with page_stage("racecar_mapper", [NodeTool.MOVE, NodeTool.GOAL], make) as stage:
-        stage.choose(NodeTool.GOAL)
+    with page_stage("racecar_mapper", make, tells_places=False) as stage:
+        stage.choose(GOAL)
         stage.click(np.array([1.0, 0.0]))
         stage.await_words("There is no map yet to click on")
         stage.live.start()
@@ -43,7 +43,7 @@ def test_a_clicked_goal_on_the_growing_map_is_driven_to(stage: PageStage) -> Non
     stage.await_words("went to car1/racecar_simulator (on /car1/goal_pose).")
     await_arrival(stage, true_goal)
     wait_for(
-        lambda: bool(stage.said()) and stage.room._way.content == "The car is at the goal.", stage.said, 5.0
+        lambda: bool(stage.said()) and stage.view._way.content == "The car is at the goal.", stage.said, 5.0
     )
 
 

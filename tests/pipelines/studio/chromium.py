@@ -1,7 +1,6 @@
 """A headless Chromium on a page of the studio that runs meanwhile."""
 
 import shutil
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,8 +14,8 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from racecar.pipelines.studio.page import Page
-from racecar.pipelines.studio.room import Room
+from racecar.pipelines.studio.page import Page, open_beside
+from racecar.pipelines.studio.screen import Screen
 
 _FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
@@ -112,19 +111,10 @@ def browser() -> Iterator[Any]:
 
 
 @contextmanager
-def running(make_room: Callable[[Page], Room]) -> Iterator[Page]:
-    """A studio with a room, whose worker runs in a thread meanwhile."""
-    studio = Page("racecar studio", 0)
-    worker = threading.Thread(target=studio.run)
-    try:
-        studio.enter(lambda: make_room(studio))
-        worker.start()
+def running(make_screen: Callable[[Page], Screen]) -> Iterator[Page]:
+    """A studio with a screen, whose worker runs in a thread meanwhile."""
+    with open_beside("racecar studio", 0, make_screen) as (studio, _):
         yield studio
-    finally:
-        studio.stop()
-        if worker.ident is not None:
-            worker.join()
-        studio.close()
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.maps.map_files import load_map
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
-from racecar.pipelines.studio.drive.drive_room import DriveRoom
+from racecar.pipelines.studio.drive.drive_screen import DriveScreen
 from racecar.pipelines.studio.server.gate import LOOPBACK
 from tests.pipelines.simulation.test_driven_simulation import a_room
 from tests.pipelines.studio.chromium import Opened, opened, running
@@ -20,9 +20,9 @@ GOAL = (6.0, 4.5)
 
 
 class Drive:
-    """A page and the room behind it."""
+    """A page and the screen behind it."""
 
-    room: DriveRoom
+    screen: DriveScreen
     page: Opened
 
 
@@ -30,11 +30,13 @@ class Drive:
 def drive(chromium: Any) -> Iterator[Drive]:
     made = Drive()
 
-    def make(studio: Any) -> DriveRoom:
+    def make(studio: Any) -> DriveScreen:
         grid = a_room()
         simulation = DrivenSimulation(grid, Conditions())
-        made.room = DriveRoom(studio, grid, simulation, LocalizationConfig(particles=500), MappingConfig())
-        return made.room
+        made.screen = DriveScreen(
+            studio, grid, simulation, LocalizationConfig(particles=500), MappingConfig()
+        )
+        return made.screen
 
     with running(make) as studio, opened(chromium, studio) as made.page:
         yield made
@@ -48,53 +50,53 @@ def choose(page: Opened, label: str, option: str) -> None:
 
 def send_to_goal(drive: Drive) -> None:
     """Click until the car sets off: on a busy machine a page that has just loaded may miss a click."""
-    drive.page.wait_for(lambda: drive.room.is_underway or drive.page.click(GOAL), "the car to set off")
+    drive.page.wait_for(lambda: drive.screen.is_underway or drive.page.click(GOAL), "the car to set off")
 
 
 @pytest.mark.slow
 def test_the_car_drives_to_a_clicked_goal_and_the_localizer_follows(drive: Drive) -> None:
-    room, page = drive.room, drive.page
+    screen, page = drive.screen, drive.page
     send_to_goal(drive)
-    page.wait_for(lambda: np.linalg.norm(room.truth[:2] - GOAL) < 0.3 and not room.is_underway, "arrival")
-    page.wait_for(lambda: room.localizer_error < 0.1, "the localizer to know its place")
+    page.wait_for(lambda: np.linalg.norm(screen.truth[:2] - GOAL) < 0.3 and not screen.is_underway, "arrival")
+    page.wait_for(lambda: screen.error < 0.1, "the localizer to know its place")
     assert page.asked_hosts == {LOOPBACK}
 
 
 @pytest.mark.slow
 def test_a_dragged_pose_makes_the_courses_filter_converge(drive: Drive) -> None:
-    room, page = drive.room, drive.page
+    screen, page = drive.screen, drive.page
     page.tab.get_by_label("The course's filter, too").click()
-    page.wait_for(lambda: (room.course_error or 9.0) < 0.3, "the course's filter to run")
+    page.wait_for(lambda: (screen.course_error or 9.0) < 0.3, "the course's filter to run")
     choose(page, "Tool", "Carry the car")
     page.drag(GOAL, (6.0, 3.5))
-    page.wait_for(lambda: (room.course_error or 0.0) > 2.0, "the car to be carried")
-    np.testing.assert_allclose(room.truth, [*GOAL, -np.pi / 2], atol=0.1)
+    page.wait_for(lambda: (screen.course_error or 0.0) > 2.0, "the car to be carried")
+    np.testing.assert_allclose(screen.truth, [*GOAL, -np.pi / 2], atol=0.1)
     choose(page, "Tool", "Say where the car is")
     page.drag(GOAL, (6.0, 3.5))
-    page.wait_for(lambda: (room.course_error or 9.0) < 0.3, "the filter to believe the dragged pose")
+    page.wait_for(lambda: (screen.course_error or 9.0) < 0.3, "the filter to believe the dragged pose")
 
 
 @pytest.mark.slow
 def test_a_kidnapped_car_is_found_again(drive: Drive) -> None:
-    room, page = drive.room, drive.page
-    start = room.truth
+    screen, page = drive.screen, drive.page
+    start = screen.truth
     page.press("Kidnap the car")
-    page.wait_for(lambda: not np.allclose(room.truth, start, atol=0.01), "the car to be carried off")
+    page.wait_for(lambda: not np.allclose(screen.truth, start, atol=0.01), "the car to be carried off")
     page.press("Search the whole map")
-    page.wait_for(lambda: room.localizer_error < 0.2, "the car to be found")
+    page.wait_for(lambda: screen.error < 0.2, "the car to be found")
 
 
 @pytest.mark.slow
 def test_a_floor_is_discovered_and_its_map_saved(
     drive: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    room, page = drive.room, drive.page
+    screen, page = drive.screen, drive.page
     monkeypatch.chdir(tmp_path)
     page.tab.get_by_text("Discover the floor").click()
     page.press("Discover this floor")
     page.wait_for(lambda: page.says("keyframes"), "the mapper to begin")
     send_to_goal(drive)
-    page.wait_for(lambda: np.linalg.norm(room.truth[:2] - GOAL) < 0.3 and not room.is_underway, "arrival")
+    page.wait_for(lambda: np.linalg.norm(screen.truth[:2] - GOAL) < 0.3 and not screen.is_underway, "arrival")
     page.press("Save the map")
     page.wait_for(lambda: page.says("Saved in"), "the map to be saved")
     grid = load_map(tmp_path / "runs" / "discovered")

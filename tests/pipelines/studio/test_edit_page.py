@@ -14,7 +14,7 @@ from racecar.pipelines.files.config_file import load_config
 from racecar.pipelines.files.edits_file import edits_beside
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.server.gate import LOOPBACK
-from racecar.pipelines.studio.studio import room_for
+from racecar.pipelines.studio.studio import screen_for
 from tests.pipelines.studio.chromium import Opened, opened, running
 
 AREA = [(5.0, -0.5), (6.0, -0.5), (6.0, 0.5), (5.0, 0.5)]
@@ -44,11 +44,11 @@ def folder(mapped: Path, tmp_path: Path) -> Path:
 @pytest.fixture
 def page(chromium: Any, folder: Path) -> Iterator[Opened]:
     def make(studio: Page) -> Any:
-        return room_for(studio, folder, load_config(None))()
+        return screen_for(studio, folder, load_config(None))()
 
     with running(make) as studio, opened(chromium, studio) as page:
         page.press("Edit the map")
-        page.wait_for(lambda: page.says("Save and render"), "the room in which one edits")
+        page.wait_for(lambda: page.says("Save and render"), "the screen on which one edits")
         page.wait_for(lambda: in_list(page, "1: unknown, 3 corners"), "the edits that are there")
         yield page
 

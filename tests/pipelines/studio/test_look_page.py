@@ -8,7 +8,7 @@ import pytest
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.runs.view.scene import Doubt, ParticleCloud, Scene, Sight
-from racecar.pipelines.studio.look.look_room import LookRoom
+from racecar.pipelines.studio.look.look_screen import LookScreen
 from racecar.pipelines.studio.server.gate import LOOPBACK
 from tests.pipelines.studio.chromium import opened, running
 
@@ -35,7 +35,7 @@ def a_run() -> Scene:
 
 
 def test_a_run_is_gone_through_by_clicks(chromium: Any) -> None:
-    with running(lambda studio: LookRoom(studio, a_run())) as studio, opened(chromium, studio) as page:
+    with running(lambda studio: LookScreen(studio, a_run())) as studio, opened(chromium, studio) as page:
         page.wait_for(lambda: page.says("x 2.00 m"), "the first scan")
         page.wait_for(lambda: np.any(page.pixels() < 60), "a wall on the map")
         page.press("scan ▶")
@@ -51,7 +51,7 @@ def test_a_run_is_gone_through_by_clicks(chromium: Any) -> None:
 
 @pytest.mark.slow
 def test_the_map_is_dragged_and_zoomed_and_stays_upright(chromium: Any) -> None:
-    with running(lambda studio: LookRoom(studio, a_run())) as studio, opened(chromium, studio) as page:
+    with running(lambda studio: LookScreen(studio, a_run())) as studio, opened(chromium, studio) as page:
         camera = next(iter(studio.server.get_clients().values())).camera
         before = camera.position.copy()
         page.drag((3.0, 4.0), (4.0, 3.5))
@@ -68,7 +68,7 @@ def test_the_map_is_dragged_and_zoomed_and_stays_upright(chromium: Any) -> None:
 
 @pytest.mark.slow
 def test_a_second_page_and_a_page_that_comes_back_show_the_same_moment(chromium: Any) -> None:
-    with running(lambda studio: LookRoom(studio, a_run())) as studio:
+    with running(lambda studio: LookScreen(studio, a_run())) as studio:
         with opened(chromium, studio) as first, opened(chromium, studio) as second:
             first.press("scan ▶")
             second.wait_for(lambda: second.says("x 2.10 m"), "the same scan on both pages")

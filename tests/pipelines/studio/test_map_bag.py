@@ -15,10 +15,10 @@ from racecar.maps.map_files import load_map
 from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.config_file import load_config
 from racecar.pipelines.files.run_report import read_report
-from racecar.pipelines.studio.map_bag.map_bag_room import MapBagRoom
+from racecar.pipelines.studio.map_bag.map_bag_screen import MapBagScreen
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.server.gate import LOOPBACK
-from racecar.pipelines.studio.studio import room_for
+from racecar.pipelines.studio.studio import screen_for
 from tests.pipelines.studio.chromium import opened, running
 
 _PATIENCE = 60.0
@@ -52,120 +52,120 @@ def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Page]:
         page.close()
 
 
-def enter(page: Page, target: Path) -> MapBagRoom:
-    page.enter(room_for(page, target, load_config(None)))
-    return room_of(page)
+def enter(page: Page, target: Path) -> MapBagScreen:
+    page.enter(screen_for(page, target, load_config(None)))
+    return screen_of(page)
 
 
-def room_of(page: Page) -> Any:
-    return page._room
+def screen_of(page: Page) -> Any:
+    return page._screen
 
 
 def wait_for(page: Page, is_true: Callable[[], Any]) -> None:
     """Work as the page's worker does."""
     end = time.monotonic() + _PATIENCE
     while not is_true():
-        assert time.monotonic() < end, f"{room_of(page).words} {room_of(page).remarks}"
+        assert time.monotonic() < end, f"{screen_of(page).words} {screen_of(page).remarks}"
         page._take_requests()
         page._step(0.05)
         time.sleep(0.02)
 
 
 def test_a_bag_is_mapped_while_one_watches(page: Page, bag: Path, tmp_path: Path) -> None:
-    room = enter(page, bag)
-    room.map_it()
-    assert "press again" in room.would_be_lost
+    screen = enter(page, bag)
+    screen.map_it()
+    assert "press again" in screen.would_be_lost
     with pytest.raises(UserError, match="already"):
-        room.check_it()
-    wait_for(page, lambda: room.watched.glimpse is not None)
-    assert len(room.watched.glimpse.scan_in_map) > 1000
-    wait_for(page, lambda: room.is_idle)
-    assert "The map is" in room.words
-    assert room.would_be_lost == ""
+        screen.check_it()
+    wait_for(page, lambda: screen.watched.glimpse is not None)
+    assert len(screen.watched.glimpse.scan_in_map) > 1000
+    wait_for(page, lambda: screen.is_idle)
+    assert "The map is" in screen.words
+    assert screen.would_be_lost == ""
     folder = tmp_path / "runs/drive"
     assert read_report(folder).inputs.bag == str(bag)
     written = load_map(folder)
-    assert room.watched.grid is not None
-    shown = room.watched.grid.cells  # not those of the last sketch
+    assert screen.watched.grid is not None
+    shown = screen.watched.grid.cells  # not those of the last sketch
     np.testing.assert_array_equal(shown >= 65, written.cells == OCCUPIED)
-    room.open_result()
-    assert "LookRoom" in type(room_of(page)).__name__
+    screen.open_result()
+    assert "LookScreen" in type(screen_of(page)).__name__
 
 
 def test_a_bag_is_checked(page: Page, bag: Path) -> None:
-    room = enter(page, bag)
-    room.check_it()
-    wait_for(page, lambda: room.is_idle)
-    assert "160 scans on /scan in 4 s" in room.words
+    screen = enter(page, bag)
+    screen.check_it()
+    wait_for(page, lambda: screen.is_idle)
+    assert "160 scans on /scan in 4 s" in screen.words
 
 
 def test_what_was_read_until_one_stops_becomes_the_map(page: Page, long_bag: Path, tmp_path: Path) -> None:
-    room = enter(page, long_bag)
-    room.map_it()
-    wait_for(page, lambda: room.watched.glimpse is not None)
-    room.stop()
-    wait_for(page, lambda: room.is_idle)
+    screen = enter(page, long_bag)
+    screen.map_it()
+    wait_for(page, lambda: screen.watched.glimpse is not None)
+    screen.stop()
+    wait_for(page, lambda: screen.is_idle)
     report = read_report(tmp_path / "runs/long")
     assert report.counts.interrupted
     assert report.counts.scans is not None
     assert 0 < report.counts.scans < 1600
-    assert "The reading was stopped after" in room.remarks
+    assert "The reading was stopped after" in screen.remarks
 
 
 def test_a_process_that_is_stopped_before_it_reads_leaves_nothing(
     page: Page, bag: Path, tmp_path: Path
 ) -> None:
-    room = enter(page, bag)
-    room.map_it()
-    room.stop()
-    wait_for(page, lambda: room.is_idle)
-    assert "no map was written" in room.words
+    screen = enter(page, bag)
+    screen.map_it()
+    screen.stop()
+    wait_for(page, lambda: screen.is_idle)
+    assert "no map was written" in screen.words
     assert not list((tmp_path / "runs").glob("*/*"))
 
 
-def test_a_room_that_is_left_ends_its_process(page: Page, long_bag: Path, tmp_path: Path) -> None:
-    room = enter(page, long_bag)
-    room.map_it()
-    wait_for(page, lambda: room.watched.glimpse is not None)
-    leave = lambda: page.leave_for(lambda: room_for(page, Path("track"), load_config(None)))  # noqa: E731
+def test_a_screen_that_is_left_ends_its_process(page: Page, long_bag: Path, tmp_path: Path) -> None:
+    screen = enter(page, long_bag)
+    screen.map_it()
+    wait_for(page, lambda: screen.watched.glimpse is not None)
+    leave = lambda: page.leave_for(lambda: screen_for(page, Path("track"), load_config(None)))  # noqa: E731
     with pytest.raises(UserError, match="still being read"):
         leave()
     leave()
-    assert room.is_idle
+    assert screen.is_idle
     assert not (tmp_path / "runs/long").exists()
 
 
 def test_a_folder_that_cannot_be_made_is_a_users_mistake(page: Page, bag: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    room = enter(page, bag)
-    room._out.value = str(tmp_path / "file" / "run")
+    screen = enter(page, bag)
+    screen._out.value = str(tmp_path / "file" / "run")
     with pytest.raises(UserError, match="is a file: name another place"):
-        room.map_it()
-    room._out.value = "~nobody-of-this-name/run"
+        screen.map_it()
+    screen._out.value = "~nobody-of-this-name/run"
     with pytest.raises(UserError, match="cannot be a path"):
-        room.map_it()
+        screen.map_it()
 
 
 def test_names_of_bags_are_shown_as_they_are(page: Page, bag: Path) -> None:
     name = "<b>*bold*_{x}.bag"
     (bag.parent / name).write_bytes(bag.read_bytes()[:5000])
-    room = enter(page, bag.parent)
-    room.choose(name)
-    assert unescape(room.words).endswith(name)
-    assert not set(room.words) & set("<*_{")
+    screen = enter(page, bag.parent)
+    screen.choose(name)
+    assert unescape(screen.words).endswith(name)
+    assert not set(screen.words) & set("<*_{")
 
 
 def test_a_bag_with_a_fault_is_explained_and_another_can_be_mapped(page: Page, bag: Path) -> None:
     (bag.parent / "cut.bag").write_bytes(bag.read_bytes()[:5000])
-    room = enter(page, bag.parent)
-    room.choose("cut.bag")
-    room.map_it()
-    wait_for(page, lambda: room.is_idle)
-    assert "cut.bag" in room.words
-    room.choose("drive.bag")
-    room.check_it()
-    wait_for(page, lambda: room.is_idle)
-    assert "scans on /scan" in room.words
+    screen = enter(page, bag.parent)
+    screen.choose("cut.bag")
+    screen.map_it()
+    wait_for(page, lambda: screen.is_idle)
+    assert "cut.bag" in screen.words
+    screen.choose("drive.bag")
+    screen.check_it()
+    wait_for(page, lambda: screen.is_idle)
+    assert "scans on /scan" in screen.words
 
 
 @pytest.mark.parametrize(
@@ -186,7 +186,7 @@ def test_a_bag_is_mapped_by_clicks_and_the_result_opened(
     monkeypatch.chdir(tmp_path)
 
     def make(studio: Page) -> Any:
-        return room_for(studio, bag, load_config(None))()
+        return screen_for(studio, bag, load_config(None))()
 
     with running(make) as studio, opened(chromium, studio) as page:
         page.press("Map it")

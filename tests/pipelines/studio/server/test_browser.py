@@ -13,8 +13,7 @@ import viser
 
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.server.gate import LOOPBACK
-from racecar.pipelines.studio.watch.tools import NodeTool
-from racecar.pipelines.studio.watch.watch_room import WatchRoom
+from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 from tests.pipelines.studio.chromium import Opened, opened, running
 
 _OPENS = """([address, protocol]) => new Promise(resolve => {
@@ -72,13 +71,13 @@ def tunnel(port: int) -> Iterator[int]:
         entrance.shutdown(socket.SHUT_RDWR)
 
 
-def watch_room(page: Page) -> WatchRoom:
-    return WatchRoom(page, list(NodeTool))
+def watch_screen(page: Page) -> WatchScreen:
+    return WatchScreen(page, tells_places=True)
 
 
 @pytest.mark.slow
 def test_a_page_from_elsewhere_cannot_open_it_even_if_it_knows_the_address(chromium: Any) -> None:
-    with running(watch_room) as studio, opened(chromium, studio) as page, elsewhere() as address:
+    with running(watch_screen) as studio, opened(chromium, studio) as page, elsewhere() as address:
         other = chromium.new_context().new_page()
         other.goto(address)
         host, protocol = urlsplit(studio.address).netloc, f"viser-v{viser.__version__}"
@@ -94,7 +93,7 @@ def test_a_page_from_elsewhere_cannot_open_it_even_if_it_knows_the_address(chrom
 
 @pytest.mark.slow
 def test_it_is_opened_twice_and_reloaded_and_through_a_tunnel(chromium: Any) -> None:
-    with running(watch_room) as studio, opened(chromium, studio) as page, opened(chromium, studio):
+    with running(watch_screen) as studio, opened(chromium, studio) as page, opened(chromium, studio):
         assert len(studio.server.get_clients()) == 2
         page.tab.reload()
         page.wait_for(lambda: page.says("The node is starting."), "the page after it was reloaded")
@@ -107,14 +106,14 @@ def test_it_is_opened_twice_and_reloaded_and_through_a_tunnel(chromium: Any) -> 
 
 @pytest.mark.slow
 def test_a_server_that_follows_has_the_same_address(chromium: Any) -> None:
-    with running(watch_room) as studio, opened(chromium, studio) as page:
+    with running(watch_screen) as studio, opened(chromium, studio) as page:
         address, port = studio.address, studio.server.get_port()
         studio.stop()
         studio.server.stop()
         next_studio = Page("the next", port)
         try:
             assert next_studio.address == address
-            next_studio.enter(lambda: watch_room(next_studio))
+            next_studio.enter(lambda: watch_screen(next_studio))
             page.wait_for(lambda: next_studio.server.get_clients(), "the page to find the next server")
         finally:
             next_studio.close()

@@ -1,16 +1,30 @@
-"""The controls of the simulated world, and of driving by hand."""
+"""The controls of the localizer, of the simulated world, and of driving by hand."""
 
 from collections.abc import Callable
 from typing import Any
 
+from racecar.localization.config import LocalizationConfig
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
 from racecar.pipelines.studio.page import Page
 
+_NOISES = ("turn_noise_per_turn", "turn_noise_per_metre", "path_noise_per_metre", "path_noise_per_turn")
+"""Thrun's alphas, which one slider sets together."""
 _STEERINGS = {"◀": (0.8, 0.3), "▲": (1.0, 0.0), "▶": (0.8, -0.3), "▼": (-0.8, 0.0)}
 """m/s and radians of each button: a walking pace, at which a car is steered by clicks."""
 _HELD_PER_SECOND = 5.0
 """Times that a held button reports."""
+
+
+def add_localizer_controls(page: Page, config: LocalizationConfig, change: Callable[[Any], None]) -> None:
+    """Sliders; ``change`` is given the fields of the settings that are changed, with their values."""
+    for fields, label, least, most, step in (
+        (("particles",), "Particles", 100, 10_000, 100),
+        (("beams",), "Beams", 5, 300, 5),
+        (_NOISES, "Motion noise", 0.01, 0.3, 0.01),
+    ):
+        slider = page.gui.add_slider(label, least, most, step, getattr(config, fields[0]))
+        page.on_change(slider, lambda value, fields=fields: change(dict.fromkeys(fields, value)))  # type: ignore[misc]
 
 
 def add_hand_controls(page: Page, steer: Callable[[float, float], None], stop: Callable[[], None]) -> None:

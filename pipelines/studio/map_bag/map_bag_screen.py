@@ -1,4 +1,4 @@
-"""The room in which a bag becomes a map."""
+"""The screen on which a bag becomes a map."""
 
 import signal
 from collections.abc import Callable, Mapping
@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from racecar.maps.errors import UserError
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.check import BagCheck
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.literal_markdown import literal
@@ -22,16 +21,21 @@ from racecar.pipelines.runs.mapping_job import MappingJob
 from racecar.pipelines.runs.mapping_run import OPTIMIZING
 from racecar.pipelines.runs.other_process import FreshProcess, ProcessDiedError
 from racecar.pipelines.runs.output_places import check_places
-from racecar.pipelines.studio.legend import Entry
-from racecar.pipelines.studio.map_bag.bag_work import STOPPED, Mapped, News, check_and_tell, map_and_tell
+from racecar.pipelines.studio.map_bag.bag_work import (
+    STOPPED,
+    Mapped,
+    News,
+    Progress,
+    check_and_tell,
+    map_and_tell,
+)
 from racecar.pipelines.studio.page import Page
-from racecar.pipelines.studio.palette import LOOP
-from racecar.pipelines.studio.room import Room
-from racecar.pipelines.studio.watched import Glimpse, WatchedMap
+from racecar.pipelines.studio.screen import Screen
+from racecar.pipelines.studio.watched_car import WatchedCar
 from racecar.sensors.findings import Finding
 
 
-class MapBagRoom(Room):
+class MapBagScreen(Screen):
     """Chooses a bag, checks it, and watches a process that maps it."""
 
     def __init__(
@@ -43,10 +47,10 @@ class MapBagRoom(Room):
         self._process: FreshProcess[BagCheck] | FreshProcess[Mapped] | None = None
         self._news: Connection | None = None
         self._chosen = next(iter(bags.values()))
-        self.watched = WatchedMap(page)
-        """Map and car as they were seen last."""
         self._mapped: Path | None = None
         self._build_panel()
+        self.watched = WatchedCar(page)
+        """Map and car as they were seen last."""
         self.choose(next(iter(bags)))
 
     @property
@@ -66,17 +70,10 @@ class MapBagRoom(Room):
 
     @property
     def would_be_lost(self) -> str:
-        """What is given up when the room is left now."""
+        """What is given up when the screen is left now."""
         if self.is_idle:
             return ""
         return "The bag is still being read: stop it first, or press again to leave all the same."
-
-    def draw_all(self) -> None:
-        """Draw the map so far."""
-        self._page.layers.clear_all()
-        self.watched.draw_anew()
-        self.draw()
-        self._page.legend.show([*self.watched.entries(), Entry("loop closure", [LOOP])])
 
     def step(self, seconds: float) -> None:
         """Hear what the process tells."""
@@ -161,7 +158,7 @@ class MapBagRoom(Room):
         self._process = FreshProcess(partial(work, told))
         told.close()  # the process has its own end
         self.watched.forget()
-        self._page.layers.clear_all()
+        self._page.layers.begin_anew()
         self._remarks.content, self._words.content = "", "Starting …"
         self._show_buttons(is_working=True)
 
@@ -173,20 +170,19 @@ class MapBagRoom(Room):
             self._news = None
 
     def _take(self, news: News) -> None:
-        if isinstance(news, OccupancyGrid):
-            self.watched.take_map(news)
-        elif isinstance(news, Glimpse):
-            self.watched.glimpse = news
-        else:
-            self._bar.value = 100.0 * news.share
-            if news.what == OPTIMIZING:
-                self._stop.visible = False
-            self._words.content = f"{news.what} … {self._length()}"
+        if not isinstance(news, Progress):
+            self.watched.take(news)
+            return
+        self._bar.value = 100.0 * news.share
+        if news.what == OPTIMIZING:
+            self._stop.visible = False
+        self._words.content = f"{news.what} … {self._length()}"
 
     def _length(self) -> str:
-        if self.watched.glimpse is None:
+        glimpse = self.watched.glimpse
+        if glimpse is None or glimpse.path is None or glimpse.loops is None:
             return ""
-        path, loops = self.watched.glimpse.path, len(self.watched.glimpse.loops)
+        path, loops = glimpse.path, len(glimpse.loops)
         metres = float(np.sum(np.hypot(*np.diff(path[:, :2], axis=0).T)))
         return f"{metres:.0f} m driven, {loops} {'loop' if loops == 1 else 'loops'} closed"
 

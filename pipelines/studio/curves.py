@@ -1,0 +1,27 @@
+"""Curves over time in the side panel."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from viser import GuiApi, uplot
+
+from racecar.pipelines.studio.palette import PATH, as_css
+
+_HEIGHT = 140
+"""Pixels."""
+_MOST_POINTS = 1500
+"""Of a curve: a panel is some 300 pixels wide."""
+
+
+def add_curve(gui: GuiApi, title: str, seconds: NDArray[np.float64], values: NDArray[np.float64]) -> Any:
+    """A curve through values (N,) over seconds (N,), which can be set anew as ``data``."""
+    every = -(-len(seconds) // _MOST_POINTS)
+    return gui.add_uplot(
+        (seconds[::every], values[::every]),
+        (uplot.Series(label="s"), uplot.Series(label=title, stroke=as_css(PATH), width=1)),
+        title=title,
+        scales={"x": uplot.Scale(time=False)},
+        legend=uplot.Legend(show=False),
+        height=_HEIGHT,
+    )

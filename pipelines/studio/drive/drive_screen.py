@@ -1,0 +1,229 @@
+"""The screen on which a simulated car is driven."""
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.localization.config import LocalizationConfig
+from racecar.mapping.config import MappingConfig
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.files.typed_path import typed_path
+from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
+from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
+from racecar.pipelines.studio.curves import add_curve
+from racecar.pipelines.studio.drive.controls import (
+    add_hand_controls,
+    add_localizer_controls,
+    add_world_controls,
+)
+from racecar.pipelines.studio.drive.discovery import Discovery
+from racecar.pipelines.studio.drive.follower import Follower
+from racecar.pipelines.studio.drive.tracking import Tracking
+from racecar.pipelines.studio.map_image import known_extent
+from racecar.pipelines.studio.outlines import car_outline, cross
+from racecar.pipelines.studio.page import Page
+from racecar.pipelines.studio.pointed import Pointed
+from racecar.pipelines.studio.screen import Screen, Tool
+from racecar.pipelines.studio.tools import PoseTool, ToolChoice
+from racecar.sensors.scan import Scan
+
+_PERIODS = {"map": 1.0, "plot": 1.0, "words": 0.25}
+"""Seconds from one drawing to the next: what costs more, or is read and not seen, is drawn less often."""
+_CLICK_RADIUS = 1.0
+"""Metres about a click within which the localizer is to look for the car: a finger's width on a whole map."""
+_GOAL_SIZE = 0.4
+"""Metres of the goal's cross."""
+
+
+class DriveScreen(Screen):
+    """A car on a map, with the localizer beside the truth or a mapper that discovers the floor."""
+
+    def __init__(
+        self,
+        page: Page,
+        grid: OccupancyGrid,
+        simulation: DrivenSimulation,
+        localization: LocalizationConfig,
+        mapping: MappingConfig,
+    ) -> None:
+        """``simulation`` is of a car on the map ``grid``."""
+        self._page, self._grid, self._simulation = page, grid, simulation
+        self._localization, self._mapping = localization, mapping
+        self._goal: NDArray[np.float64] = simulation.truth[:2]
+        self._scan: Scan | None = None
+        self._is_paused = False
+        self._due_at: dict[str, float] = {}
+        self._build_panel()
+        self._follower: Follower = self._track()
+        extent = known_extent(grid)
+        assert extent is not None  # the car has found its place in it
+        page.view.show_whole(*extent)
+
+    @property
+    def truth(self) -> Pose:
+        """(3,) where the car is."""
+        return self._simulation.truth
+
+    @property
+    def is_underway(self) -> bool:
+        """Whether the car is on its way to a goal."""
+        return self._simulation.is_underway
+
+    @property
+    def error(self) -> float:
+        """Metres by which localizer or mapper are off; nan before they say anything."""
+        return self._follower.errors[-1].metres if self._follower.errors else float("nan")
+
+    @property
+    def course_error(self) -> float | None:
+        """Metres by which the course's filter is off; None where it does not run."""
+        return self._follower.course_error if isinstance(self._follower, Tracking) else None
+
+    @property
+    def tool(self) -> Tool:
+        """The chosen one."""
+        return self._tools.tool
+
+    @property
+    def would_be_lost(self) -> str:
+        """A map that was discovered."""
+        if not isinstance(self._follower, Discovery) or not self._follower.keyframes:
+            return ""
+        return "The discovered map is not saved: save it, or press again to leave without it."
+
+    def step(self, seconds: float) -> None:
+        """Drive, and localize or map."""
+        if self._is_paused:
+            return
+        measured = self._simulation.advance(seconds)
+        self._scan = next((each for each in reversed(measured) if isinstance(each, Scan)), self._scan)
+        self._follower.take(measured, self.truth, self._simulation.seconds)
+
+    def draw(self) -> None:
+        """Draw the car and what is believed of it."""
+        layers, simulation, follower = self._page.layers, self._simulation, self._follower
+        layers.line("truth", car_outline(self.truth))
+        layers.line("planned", simulation.planned)
+        if simulation.is_underway:
+            layers.segments("goal", cross(self._goal, _GOAL_SIZE))
+        else:
+            layers.clear("goal")
+        layers.dots("walkers", simulation.legs)
+        glimpse = follower.glimpse(self._scan)
+        if glimpse is not None:
+            glimpse.draw(layers)
+        if isinstance(follower, Tracking):
+            layers.arrows("course", follower.course_particles())
+        if self._is_due("map") and (grid := follower.map()) is not None:
+            layers.map(grid)
+        if self._is_due("words"):
+            state = "On its way." if simulation.is_underway else "The car stands."
+            self._state.content = (
+                f"{state} {abs(simulation.speed):.1f} m/s, {simulation.seconds:.0f} s\n\n{follower.words()}"
+            )
+        if self._is_due("plot") and len(follower.errors) > 1:
+            errors = np.array(follower.errors)
+            self._curve.data = (errors[:, 0], 100.0 * errors[:, 1])
+
+    def _build_panel(self) -> None:
+        page, gui = self._page, self._page.gui
+        with page.folder("What a click means"):
+            self._tools = ToolChoice(
+                page,
+                Tool("Drive there", "Click a place, and the car drives there.", self._drive_to),
+                PoseTool(
+                    page,
+                    "Say where the car is",
+                    "Drag from where the car is to where it looks: the localizer starts there. A click "
+                    "leaves the heading open.",
+                    self._say_where,
+                ),
+                PoseTool(
+                    page,
+                    "Carry the car",
+                    "Drag from where the car shall stand to where it shall look. The localizer is not told.",
+                    lambda shown: self._simulation.put_at(shown.pose(otherwise=self.truth[2])),
+                ),
+            )
+            self._state = gui.add_markdown("")
+            self._curve = add_curve(gui, "off by (cm), last minute", np.zeros(1), np.zeros(1))
+        with page.folder("Localizer"):
+            add_localizer_controls(page, self._localization, self._reconfigure)
+            page.on_press(
+                gui.add_button("Search the whole map"), lambda: self._tracking().localizer.scatter()
+            )
+            page.on_press(gui.add_button("Kidnap the car"), self._simulation.kidnap)
+            course = gui.add_checkbox("The course's filter, too", False)
+            page.on_change(course, self._run_course)
+        with page.folder("World"):
+            add_world_controls(page, self._simulation)
+            page.on_change(gui.add_checkbox("Pause", False), self._pause)
+        with page.folder("By hand", is_open=False):
+            add_hand_controls(page, self._simulation.steer, self._simulation.stop)
+        with page.folder("Discover the floor", is_open=False):
+            gui.add_markdown("The map is hidden, and the mapper draws what the car has seen.")
+            self._discover_button = gui.add_button("Discover this floor")
+            page.on_press(self._discover_button, self._toggle_discovery)
+            self._folder = gui.add_text("Save as", "runs/discovered")
+            page.on_press(gui.add_button("Save the map"), self._save)
+
+    def _drive_to(self, place: NDArray[np.float64]) -> None:
+        self._simulation.drive_to(place)
+        self._goal = place
+
+    def _say_where(self, shown: Pointed) -> None:
+        if shown.heading is None:
+            self._tracking().localizer.set_position(shown.place, _CLICK_RADIUS)
+        else:
+            self._tracking().start_at(np.array([*shown.place, shown.heading]))
+
+    def _pause(self, is_paused: bool) -> None:
+        self._is_paused = is_paused
+
+    def _reconfigure(self, values: Mapping[str, Any]) -> None:
+        self._localization = self._localization.model_copy(update=values)
+        if isinstance(self._follower, Tracking):
+            self._follower.localizer.reconfigure(self._localization)
+
+    def _run_course(self, is_wanted: bool) -> None:
+        self._tracking().set_course(CourseSettings() if is_wanted else None, self.truth)
+
+    def _tracking(self) -> Tracking:
+        """The localizer; back on the known map when the floor was being discovered."""
+        return self._follower if isinstance(self._follower, Tracking) else self._track()
+
+    def _track(self) -> Tracking:
+        """Begin to localize on the known map."""
+        self._follower = tracking = Tracking(self._grid, self._localization, self.truth)
+        self._page.layers.begin_anew()
+        self._page.layers.map(self._grid)
+        self._discover_button.label = "Discover this floor"
+        return tracking
+
+    def _toggle_discovery(self) -> None:
+        if isinstance(self._follower, Discovery):
+            self._track()
+            return
+        self._follower = Discovery(self._mapping, self.truth)
+        self._page.layers.begin_anew()
+        self._discover_button.label = "Back to the known map"
+
+    def _save(self) -> None:
+        if not isinstance(self._follower, Discovery):
+            self._page.tell("There is nothing to save", "Discover the floor first.", "orange")
+            return
+        folder = typed_path(self._folder.value)
+        words = self._follower.save(folder)
+        self._track()
+        self._page.tell(f"Saved in {folder}", words, "green")
+
+    def _is_due(self, what: str) -> bool:
+        now = time.monotonic()
+        if now < self._due_at.get(what, 0.0):
+            return False
+        self._due_at[what] = now + _PERIODS[what]
+        return True

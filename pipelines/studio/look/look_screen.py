@@ -1,0 +1,224 @@
+"""The screen on which a run is looked at."""
+
+from collections.abc import Callable
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import transform_points
+from racecar.pipelines.files.literal_markdown import literal
+from racecar.pipelines.runs.view.scene import Doubt, Scene
+from racecar.pipelines.studio.curves import add_curve
+from racecar.pipelines.studio.look.time_line import TimeLine
+from racecar.pipelines.studio.map_image import known_extent
+from racecar.pipelines.studio.outlines import cross
+from racecar.pipelines.studio.page import Page
+from racecar.pipelines.studio.palette import BY_DOUBT, BY_TIME, Shades
+from racecar.pipelines.studio.screen import Screen, Tool
+from racecar.pipelines.studio.watched_car import Glimpse
+
+_NEAR = 12.0
+"""Metres that are seen from bottom to top where a doubtful stretch is looked at."""
+_FRESH = 1_500_000_000
+"""Nanoseconds for which a scan or a cloud of particles is shown: keyframes come once a second or so."""
+_MOST_NAMED = 12
+"""Doubtful stretches with a button of their own, so that the panel stays readable."""
+_MISSED = 0.05
+"""Metres by which the map misses a match that is drawn as the most doubtful: a cell, by judgement."""
+_DOUBTFUL_DEVIATION = 0.3
+"""Metres of standard deviation of the place that are painted as most doubtful: about the car's width."""
+_MARKER = 0.6
+"""Metres: the cross over a doubtful place."""
+
+
+class _PathColor(str, Enum):
+    """What the path's colour says."""
+
+    PLAIN = "one colour"
+    TIME = "time"
+    DOUBT = "doubt"
+
+
+class LookScreen(Screen):
+    """A run on the page."""
+
+    def __init__(
+        self,
+        page: Page,
+        scene: Scene,
+        edit: Callable[[], None] | None = None,
+        drive: Callable[[], None] | None = None,
+    ) -> None:
+        """``edit`` opens the screen on which the map is edited, and ``drive`` the one on which a car drives
+        on it; None where that cannot be."""
+        self._page, self._scene = page, scene
+        self._seconds = (scene.trajectory.stamps - scene.trajectory.stamps[0]) * 1e-9
+        self._has_covariances = bool(np.any(scene.covariances))
+        self._sight_stamps = np.array([sight.stamp for sight in scene.sights], dtype=np.int64)
+        self._cloud_stamps = np.array([cloud.stamp for cloud in scene.clouds], dtype=np.int64)
+        self._shown: int | None = None
+        self._go_to_place = Tool("Go through time", "Click the path.", self._go_to_nearest)
+        self._build_panel({"Edit the map": edit, "Drive on the map": drive})
+        self._draw_run()
+        page.view.show_whole(*_extent(scene))
+
+    @property
+    def tool(self) -> Tool:
+        """Clicks go to the moment at which the car was nearest."""
+        return self._go_to_place
+
+    def step(self, seconds: float) -> None:
+        """Let the time line go on."""
+        self._time_line.pass_by(seconds)
+
+    def draw(self) -> None:
+        """Draw the moment, where it is another."""
+        scan = self._scan_at(self._time_line.now)
+        if scan != self._shown:
+            self._shown = scan
+            self._glimpse(scan).draw(self._page.layers)
+            self._moment.content = self._words(scan)
+
+    def _draw_run(self) -> None:
+        """Map, path and what was found about them."""
+        scene, layers = self._scene, self._page.layers
+        if scene.grid is not None:
+            layers.map(scene.grid)
+        layers.segments("loops", scene.loops)
+        missed = np.clip(scene.misses / _MISSED, 0.0, 1.0)
+        words = f"match, missed by up to {100 * _MISSED:.0f} cm"
+        layers.segments("matches", scene.matches, Shades(words, BY_DOUBT, missed))
+        layers.dots("keyframes", scene.keyframes)
+        places = [cross(doubt.place, _MARKER) for doubt in scene.doubts]
+        layers.segments("doubts", np.array(places).reshape(-1, 2, 2))
+        self._draw_path(_PathColor.TIME)
+
+    def _build_panel(self, elsewhere: dict[str, Callable[[], None] | None]) -> None:
+        page, gui, scene = self._page, self._page.gui, self._scene
+        with page.folder("Time"):
+            self._time_line = TimeLine(page, self._seconds[-1], self._seconds_after)
+            self._moment = gui.add_markdown("")
+        with page.folder("Show"):
+            colors = gui.add_dropdown(
+                "Path by", [each.value for each in _PathColor], initial_value=_PathColor.TIME.value
+            )
+            page.on_change(colors, lambda color: self._draw_path(_PathColor(color)))
+            for name, words, is_there in (
+                ("scan", "Scan", bool(scene.sights)),
+                ("keyframes", "Keyframes", len(scene.keyframes) > 0),
+                ("loops", "Loop closures", len(scene.loops) > 0),
+                ("matches", "Matches of scans", len(scene.matches) > 0),
+                ("particles", "Particles", bool(scene.clouds)),
+                ("ellipse", "Covariance (3 σ)", self._has_covariances),
+            ):
+                if is_there:
+                    self._add_switch(name, words, is_on=name != "matches")
+        if any(elsewhere.values()):
+            with page.folder("Map"):
+                for label, enter in elsewhere.items():
+                    if enter is not None:
+                        page.on_press(gui.add_button(label), enter)
+        with page.folder("Doubtful stretches"):
+            self._list_doubts()
+        if self._has_covariances:
+            with page.folder("Standard deviation", is_open=False):
+                add_curve(gui, "place (cm)", self._seconds, 100.0 * scene.deviations[:, 0])
+                add_curve(gui, "heading (°)", self._seconds, np.degrees(scene.deviations[:, 1]))
+        with page.folder("About this run"):
+            gui.add_markdown(scene.about)
+
+    def _add_switch(self, name: str, words: str, *, is_on: bool) -> None:
+        layers = self._page.layers
+        switch = self._page.gui.add_checkbox(words, is_on)
+        self._page.on_change(switch, lambda is_wanted: layers.show(name, is_wanted=is_wanted))
+        layers.show(name, is_wanted=is_on)
+
+    def _list_doubts(self) -> None:
+        gui, doubts = self._page.gui, self._scene.doubts
+        if not doubts:
+            gui.add_markdown("None was found.")
+        for number, doubt in enumerate(doubts[:_MOST_NAMED], start=1):
+            button = gui.add_button(f"Go to {number}", color="orange")
+            gui.add_markdown(literal(doubt.why))
+            self._page.on_press(button, lambda doubt=doubt: self._go_to(doubt))  # type: ignore[misc]
+        if len(doubts) > _MOST_NAMED:
+            gui.add_markdown(f"And {len(doubts) - _MOST_NAMED} more, marked on the map.")
+
+    def _go_to(self, doubt: Doubt) -> None:
+        self._page.view.go_to(doubt.place, _NEAR)
+        if doubt.seconds is not None:
+            self._time_line.go_to(sum(doubt.seconds) / 2.0)
+
+    def _go_to_nearest(self, place: NDArray[np.float64]) -> None:
+        path = self._scene.trajectory.map_from_base[:, :2]
+        self._time_line.go_to(self._seconds[np.argmin(np.linalg.norm(path - place, axis=1))])
+
+    def _draw_path(self, color: _PathColor) -> None:
+        shades = None
+        if color == _PathColor.TIME:
+            shades = Shades("path, early to late", BY_TIME, np.linspace(0.0, 1.0, len(self._seconds))[1:])
+        elif color == _PathColor.DOUBT:
+            shades = Shades("path, sure to doubtful", BY_DOUBT, self._path_doubts()[1:])
+        self._page.layers.line("path", self._scene.trajectory.map_from_base[:, :2], shades)
+
+    def _path_doubts(self) -> NDArray[np.float64]:
+        """(S,) 0 to 1: how wide the estimate was, and 1 in the stretches that the verdict names."""
+        doubts = np.zeros(len(self._seconds))
+        if self._has_covariances:
+            doubts = np.minimum(self._scene.deviations[:, 0] / _DOUBTFUL_DEVIATION, 1.0)
+        for doubt in self._scene.doubts:
+            if doubt.seconds is not None:
+                first, last = doubt.seconds
+                doubts[(self._seconds >= first) & (self._seconds <= last)] = 1.0
+        return doubts
+
+    def _glimpse(self, scan: int) -> Glimpse:
+        """The car at a scan, with what was recorded shortly before."""
+        scene, trajectory = self._scene, self._scene.trajectory
+        stamp, pose = int(trajectory.stamps[scan]), trajectory.map_from_base[scan]
+        sight, cloud = _latest(self._sight_stamps, stamp), _latest(self._cloud_stamps, stamp)
+        points = np.zeros((0, 2))
+        if sight is not None:
+            taken_from = trajectory.map_from_base[self._scan_of(scene.sights[sight].stamp)]
+            points = transform_points(taken_from, scene.sights[sight].points_in_base)
+        return Glimpse(
+            pose,
+            points,
+            particles=None if cloud is None else scene.clouds[cloud].map_from_base,
+            covariance=scene.covariances[scan] if self._has_covariances else None,
+        )
+
+    def _words(self, scan: int) -> str:
+        pose = self._scene.trajectory.map_from_base[scan]
+        x, y = np.round(pose[:2], 2) + 0.0  # no "-0"
+        words = f"x {x:.2f} m, y {y:.2f} m, heading {round(np.degrees(pose[2])):d}°"
+        if self._has_covariances:
+            place, heading = self._scene.deviations[scan]
+            words += f"; ± {100 * place:.1f} cm, ± {np.degrees(heading):.1f}°"
+        return words
+
+    def _scan_at(self, seconds: float) -> int:
+        return self._scan_of(int(self._scene.trajectory.stamps[0]) + round(seconds * 1e9))
+
+    def _scan_of(self, stamp: int) -> int:
+        stamps = self._scene.trajectory.stamps
+        return max(0, int(np.searchsorted(stamps, stamp, side="right")) - 1)
+
+    def _seconds_after(self, scans: int) -> float:
+        """So many scans after the one that is shown; a nanosecond more, as seconds are rounded."""
+        number = min(max((self._shown or 0) + scans, 0), len(self._seconds) - 1)
+        return float(self._seconds[number]) + 1e-9
+
+
+def _latest(stamps: NDArray[np.int64], stamp: int) -> int | None:
+    """The last before a stamp, unless it is long past."""
+    index = int(np.searchsorted(stamps, stamp, side="right")) - 1
+    return index if index >= 0 and stamp - stamps[index] <= _FRESH else None
+
+
+def _extent(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What is known of the map, and the path."""
+    known = None if scene.grid is None else known_extent(scene.grid)
+    places = np.vstack([scene.trajectory.map_from_base[:, :2], *(known or ())])
+    return places.min(axis=0), places.max(axis=0)

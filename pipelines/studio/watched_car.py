@@ -1,0 +1,93 @@
+"""A car on a map, as whoever watches it sees it: while a map grows, and while the car is localized."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.studio.layers import Layers
+from racecar.pipelines.studio.map_image import known_extent
+from racecar.pipelines.studio.outlines import car_outline, ellipse
+from racecar.pipelines.studio.page import Page
+
+_SIGMAS = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Glimpse:
+    """The car at a moment; of what is not given nothing is drawn, and a path that is None stays."""
+
+    map_from_base: Pose
+    scan_in_map: NDArray[np.float64]
+    """(N, 2)"""
+    path: Pose | None = None
+    """(M, 3) driven so far."""
+    particles: Pose | None = None
+    """(P, 3)"""
+    covariance: NDArray[np.float64] | None = None
+    """(3, 3)"""
+    loops: NDArray[np.float64] | None = None
+    """(L, 2, 2) places (2,) between which loops were closed; those that were drawn stay if there are none."""
+
+    def draw(self, layers: Layers) -> None:
+        """On the floor."""
+        layers.line("car", car_outline(self.map_from_base))
+        layers.dots("scan", self.scan_in_map)
+        layers.arrows("particles", np.zeros((0, 3)) if self.particles is None else self.particles)
+        if self.covariance is None:
+            layers.clear("ellipse")
+        else:
+            place, variances = self.map_from_base[:2], self.covariance[:2, :2]
+            layers.line("ellipse", ellipse(place, variances, _SIGMAS))
+        if self.path is not None:
+            layers.line("path", self.path[:, :2])
+        if self.loops is not None:
+            layers.segments("loops", self.loops)
+
+
+class WatchedCar:
+    """The latest of map and car, drawn once; what was before is forgotten, so that memory does not grow."""
+
+    def __init__(self, page: Page) -> None:
+        """With controls of the view in the side panel."""
+        self._page = page
+        self.forget()
+        with page.folder("View"):
+            page.on_press(page.gui.add_button("Show the whole map"), self.show_whole)
+            self._follows = page.gui.add_checkbox("Follow the car", False)
+
+    def forget(self) -> None:
+        """Nothing is known any more."""
+        self.grid: OccupancyGrid | None = None
+        self.glimpse: Glimpse | None = None
+        self._drawn: tuple[OccupancyGrid | None, Glimpse | None] = None, None
+
+    def take(self, news: OccupancyGrid | Glimpse) -> None:
+        """The map or the car from now on; the first map is shown as a whole."""
+        if isinstance(news, Glimpse):
+            self.glimpse = news
+            return
+        is_first, self.grid = self.grid is None, news
+        if is_first:
+            self.show_whole()
+        else:
+            self._page.view.keep_whole(known_extent(news))
+
+    def show_whole(self) -> None:
+        """Show all that is known of the map."""
+        extent = None if self.grid is None else known_extent(self.grid)
+        if extent is not None:
+            self._page.view.show_whole(*extent)
+
+    def draw(self) -> None:
+        """Draw what is news."""
+        grid, glimpse = self._drawn
+        self._drawn = self.grid, self.glimpse
+        if self.grid is not None and self.grid is not grid:
+            self._page.layers.map(self.grid)
+        if self.glimpse is not None and self.glimpse is not glimpse:
+            self.glimpse.draw(self._page.layers)
+            if self._follows.value:
+                self._page.view.follow(self.glimpse.map_from_base[:2])
