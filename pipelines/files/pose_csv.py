@@ -5,14 +5,13 @@ import csv
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from racecar.maps.errors import UserError
 from racecar.maps.text_files import read_text
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.files.number_lines import nanoseconds_of, usable_number
-from racecar.pipelines.files.pose_rows import PoseRows
+from racecar.pipelines.files.table import Column, Row, StampedPose, trajectory_of
 
 _LAYOUT = "t,x,y,yaw or t,x,y,qx,qy,qz,qw"
 _TIME = r"(?:.*_)?(?:t|time|timestamp|stamp)(?:_(?P<unit>ns|us|ms|s|sec))?"
@@ -22,44 +21,9 @@ _POSITION = r"(?:|p_(?:.*_)?|(?:.*_)?(?:position|pos|pose|translation)_){axis}(?
 _ROTATION = r"(?:q_?(?:.*_)?|(?:.*_)?(?:orientation|rotation|quaternion|quat)_){axis}"
 _YAW = r"(?:.*_)?(?:yaw|theta)(?:_(?P<unit>rad|deg))?"
 _NANOSECONDS_IN = {"ns": 1, "us": 10**3, "ms": 10**6, "s": 10**9, "sec": 10**9}
-_TIMES_SINCE_1970 = ((1e11, "s"), (1e14, "ms"), (1e17, "us"), (math.inf, "ns"))
-"""Up to which number a time without a unit is in seconds and so on: some 1.7e9 s have passed since 1970."""
-
-
-@dataclass(frozen=True)
-class _Column:
-    index: int
-    name: str
-    """As it stands in the file."""
-    unit: str | None = None
-
-
-@dataclass(frozen=True)
-class _Row:
-    place: str
-    """For messages: line and file."""
-    values: list[str]
-
-    def number(self, column: _Column) -> float:
-        """Raises UserError when it is none that can be used."""
-        try:
-            return usable_number(self.values[column.index])
-        except ValueError as error:
-            raise self._unusable(column) from error
-
-    def stamp(self, time: Sequence[_Column]) -> int:
-        """Nanoseconds, the sum of the columns. Raises UserError when it is not a time."""
-        stamp = 0
-        for column in time:
-            try:
-                stamp += nanoseconds_of(self.values[column.index], _NANOSECONDS_IN[column.unit or "s"])
-            except (ArithmeticError, ValueError) as error:
-                raise self._unusable(column) from error
-        return stamp
-
-    def _unusable(self, column: _Column) -> UserError:
-        value = self.values[column.index] or "nothing"
-        return UserError(f"The {column.name} in {self.place} is {value}, which is not a usable number.")
+_TIMES_SINCE_1970 = ((1e11, 10**9), (1e14, 10**6), (1e17, 10**3), (math.inf, 1))
+"""Up to which number a time without a unit is in units of so many nanoseconds: 1.7e9 s have passed since
+1970."""
 
 
 def load_pose_csv(path: Path) -> Trajectory:
@@ -74,25 +38,27 @@ def load_pose_csv(path: Path) -> Trajectory:
     rotation = [header.find(_ROTATION.format(axis=axis), f"q{axis}") for axis in "xyzw"]
     quaternion = [column for column in rotation if column is not None]
     yaw = None if len(quaternion) == len(rotation) else header.one(_YAW, "yaw")
-    poses = PoseRows(_LAYOUT)
-    for row in rows:
-        turned = (
-            poses.yaw_of(row.place, [row.number(column) for column in quaternion])
-            if yaw is None
-            else _in_radians(row, yaw)
+    poses = (
+        StampedPose(
+            row,
+            row.stamp(*time),
+            row.number(x),
+            row.number(y),
+            row.yaw(quaternion) if yaw is None else _in_radians(row, yaw, header.unit(_YAW, yaw)),
         )
-        poses.add(row.place, row.stamp(time), row.number(x), row.number(y), turned)
-    return poses.trajectory(path)
+        for row in rows
+    )
+    return trajectory_of(poses, path, _LAYOUT)
 
 
-def _in_radians(row: _Row, yaw: _Column) -> float:
+def _in_radians(row: Row, yaw: Column, unit: str | None) -> float:
     value = row.number(yaw)
-    if yaw.unit is None and abs(value) > 2 * math.pi:
+    if unit is None and abs(value) > 2 * math.pi:
         raise UserError(
             f"The {yaw.name} in {row.place} is {value:g}, more than a full turn: name the column yaw_deg "
             "if it is in degrees, or yaw_rad if it is in radians and counts the turns."
         )
-    return math.radians(value) if yaw.unit == "deg" else value
+    return math.radians(value) if unit == "deg" else value
 
 
 class _Header:
@@ -100,16 +66,16 @@ class _Header:
 
     def __init__(self, path: Path, names: Sequence[str]) -> None:
         self._path = path
-        self._columns = [_Column(index, name.strip(" #%")) for index, name in enumerate(names)]
+        self._columns = [Column(index, name.strip(" #%")) for index, name in enumerate(names)]
 
-    def one(self, pattern: str, meant: str) -> _Column:
+    def one(self, pattern: str, meant: str) -> Column:
         """The column that matches. Raises UserError when there is none, or several."""
         column = self.find(pattern, meant)
         if column is None:
             raise self._missing(meant)
         return column
 
-    def find(self, pattern: str, meant: str) -> _Column | None:
+    def find(self, pattern: str, meant: str) -> Column | None:
         """The same, or None. Raises UserError when there are several."""
         found = self._all(pattern)
         if len(found) > 1:
@@ -117,27 +83,28 @@ class _Header:
             raise UserError(f"Several columns of {self._path} could be {meant}: {names}; keep one of them.")
         return found[0] if found else None
 
-    def time(self, first: _Row | None) -> list[_Column]:
+    def time(self, first: Row | None) -> list[Column]:
         """The column of time, or those of its seconds and nanoseconds; the stamp of the message comes before
         the time at which it was recorded. Raises UserError when there is none."""
         seconds, nanoseconds = self._all(_SECONDS), self._all(_NANOSECONDS)
         if seconds and nanoseconds:
-            return [replace(seconds[0], unit="s"), replace(nanoseconds[0], unit="ns")]
+            return [seconds[0], replace(nanoseconds[0], nanoseconds=1)]
         found = sorted(self._all(_TIME), key=lambda column: "stamp" not in column.name.lower())
         if not found:
             raise self._missing("t")
-        if found[0].unit is None and first is not None:
-            count = abs(first.stamp([replace(found[0], unit="ns")]))
-            return [replace(found[0], unit=next(unit for most, unit in _TIMES_SINCE_1970 if count < most))]
-        return found[:1]
+        time, unit = found[0], self.unit(_TIME, found[0])
+        if unit is not None:
+            return [replace(time, nanoseconds=_NANOSECONDS_IN[unit])]
+        count = 0 if first is None else abs(first.stamp(replace(time, nanoseconds=1)))
+        return [replace(time, nanoseconds=next(each for most, each in _TIMES_SINCE_1970 if count < most))]
 
-    def _all(self, pattern: str) -> list[_Column]:
-        found = []
-        for column in self._columns:
-            match = re.fullmatch(pattern, re.sub(r"[^a-z0-9]+", "_", column.name.lower()).strip("_"))
-            if match is not None:
-                found.append(replace(column, unit=match.groupdict().get("unit")))
-        return found
+    def unit(self, pattern: str, column: Column) -> str | None:
+        """What the name of a column that matches says of its unit."""
+        match = _match(pattern, column)
+        return None if match is None else match["unit"]
+
+    def _all(self, pattern: str) -> list[Column]:
+        return [column for column in self._columns if _match(pattern, column) is not None]
 
     def _missing(self, meant: str) -> UserError:
         names = ", ".join(column.name for column in self._columns)
@@ -147,12 +114,16 @@ class _Header:
         )
 
 
-def _lines(path: Path) -> list[_Row]:
+def _match(pattern: str, column: Column) -> re.Match[str] | None:
+    return re.fullmatch(pattern, re.sub(r"[^a-z0-9]+", "_", column.name.lower()).strip("_"))
+
+
+def _lines(path: Path) -> list[Row]:
     """The lines with values, the names of the columns first. Raises UserError when one has too few."""
     text = read_text(path)
     delimiter = max(",;\t", key=text.partition("\n")[0].count)
     rows = [
-        _Row(f"line {number} of {path}", [value.strip() for value in values])
+        Row(f"line {number} of {path}", [value.strip() for value in values])
         for number, values in enumerate(csv.reader(text.splitlines(), delimiter=delimiter), start=1)
         if any(value.strip() for value in values)
     ]

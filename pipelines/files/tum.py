@@ -6,8 +6,7 @@ import numpy as np
 
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_files import write_atomically
-from racecar.pipelines.files.number_lines import read_number_lines
-from racecar.pipelines.files.pose_rows import PoseRows
+from racecar.pipelines.files.table import Row, StampedPose, columns_of, read_rows, trajectory_of
 
 _LAYOUT = "t x y z qx qy qz qw"
 
@@ -29,8 +28,10 @@ def load_tum(path: Path) -> Trajectory:
 
     Raises UserError that names the line when the file is not a TUM trajectory in ascending time.
     """
-    rows = PoseRows(_LAYOUT)
-    for line in read_number_lines(path, _LAYOUT, stamps=1):
-        x, y, _, *quaternion = line.numbers
-        rows.add(line.place, line.stamps[0], x, y, rows.yaw_of(line.place, quaternion))
-    return rows.trajectory(path)
+    return trajectory_of(map(_pose, read_rows(path, _LAYOUT)), path, _LAYOUT)
+
+
+def _pose(row: Row) -> StampedPose:
+    time, x, y, z, *quaternion = columns_of(_LAYOUT)
+    row.number(z)  # which is not taken, but should be one
+    return StampedPose(row, row.stamp(time), row.number(x), row.number(y), row.yaw(quaternion))

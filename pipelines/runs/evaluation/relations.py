@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.files.number_lines import read_number_lines
+from racecar.pipelines.files.table import columns_of, read_rows
 
 _LAYOUT = "t1 t2 x y z roll pitch yaw"
 _STAMP_TOLERANCE = 1_000_000
@@ -61,12 +61,13 @@ class RelationErrors:
 
 def load_relations(path: Path) -> Relations:
     """Read a relations file. Raises UserError that names the line at fault."""
-    lines = list(read_number_lines(path, _LAYOUT, stamps=2))
-    if not lines:
+    first, second, *numbers = columns_of(_LAYOUT)
+    rows = list(read_rows(path, _LAYOUT))
+    if not rows:
         raise UserError(f"{path} holds no relations; it should hold lines '{_LAYOUT}'.")
-    numbers = np.array([line.numbers for line in lines])
-    stamps = np.array([line.stamps for line in lines], dtype=np.int64)
-    return Relations(stamps, numbers[:, [0, 1, 5]])
+    stamps = np.array([[row.stamp(first), row.stamp(second)] for row in rows], dtype=np.int64)
+    poses = np.array([[row.number(column) for column in numbers] for row in rows])
+    return Relations(stamps, poses[:, [0, 1, 5]])
 
 
 def relation_errors(trajectory: Trajectory, relations: Relations) -> RelationErrors:
