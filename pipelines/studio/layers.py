@@ -38,11 +38,11 @@ class Layer(NamedTuple):
 
 
 LAYERS = {
+    "keyframes": Layer(SKY, "keyframe", 6.0),
     "path": Layer(PATH, "path", 3.0),
     "matches": Layer(SKY, "match"),
     "planned": Layer(SKY, "planned way"),
     "loops": Layer(LOOP, "loop closure"),
-    "keyframes": Layer(SKY, "keyframe", 6.0),
     "doubts": Layer(LOOP, "doubtful place (cross)", 4.0),
     "walkers": Layer(LOOP, "walker", 7.0),
     "truth": Layer(TRUTH, "car, as it is", 4.0),
