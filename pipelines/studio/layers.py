@@ -49,7 +49,7 @@ LAYERS = {
     "scan": Layer(SCAN, "scan", 3.0),
     "course": Layer(SKY, "the course's filter", 1.5),
     "particles": Layer(PARTICLE, "particle, with its heading", 1.5),
-    "ellipse": Layer(CAR, "covariance (3 σ)"),
+    "ellipse": Layer(CAR),
     "car": Layer(CAR, "car, as estimated", 4.0),
     "goal": Layer(LOOP, "goal", 4.0),
     "drag": Layer(LOOP, "", 4.0),
