@@ -10,7 +10,6 @@ from racecar.localization.config import LocalizationConfig
 from racecar.localization.floor.free_space import ANYWHERE
 from racecar.localization.odometry.calibration import OdometryCalibration
 from racecar.localization.odometry.motion_model import carry
-from racecar.localization.odometry.motion_samples import MotionSamples, OdometryReading, is_set_back
 from racecar.localization.odometry.motion_source import MotionSource
 from racecar.localization.odometry.odometry_learning import OdometryLearning
 from racecar.localization.pose_estimate import PoseEstimate
@@ -19,6 +18,7 @@ from racecar.localization.recovery.hypotheses import Hypotheses
 from racecar.localization.sensor.end_points import select_points
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.sensors.motion.motion_samples import OdometryReading, is_set_back
 from racecar.sensors.motion.odometry_faults import OdometryFaults
 from racecar.sensors.motion.turn_fusion import TurnModel
 from racecar.sensors.odometry import Odometry
@@ -38,8 +38,8 @@ class Localizer:
         Raises UserError when the map has no free space or no walls, or seems to be inverted.
         """
         self._config, self._lock = config, Lock()
-        self._samples = MotionSamples()
-        self._motion = MotionSource(self._samples, config)
+        self._motion = MotionSource(config)
+        self._samples = self._motion.samples
         self._learning = OdometryLearning(self._motion)
         self._hypotheses = Hypotheses(grid, config, rng)
         self._hung = HungOdometry(self._motion, self._learning)

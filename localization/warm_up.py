@@ -7,7 +7,6 @@ from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
 from racecar.localization.floor.walls import Walls
 from racecar.localization.localizer import Localizer
-from racecar.localization.odometry.motion_samples import MotionSamples
 from racecar.localization.odometry.motion_source import MotionSource
 from racecar.localization.refinement.refinement import refine
 from racecar.localization.sensor.end_points import select_points
@@ -47,12 +46,11 @@ def warm_up_filter(config: LocalizationConfig) -> None:
 
     With nothing compiled yet, that nearly halved the start on a quiet machine of two cores: 21.6 s to 11.5 s.
     """
-    samples = MotionSamples()
-    motion = MotionSource(samples, config)
+    motion = MotionSource(config)
     particles = ParticleFilter(_START[None], np.random.default_rng(0))
     for step in range(_STEPS):
         odometry = _odometry(step)
-        samples.add_odometry(odometry)
+        motion.samples.add_odometry(odometry)
         particles.predict(motion.step_to(odometry.stamp), config.slip)
         mean, covariance, _ = particles.moments()
     scan = _scan(odometry.stamp, np.ones(len(_BEARINGS)))

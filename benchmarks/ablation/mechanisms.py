@@ -17,7 +17,7 @@ from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter import particle_filter
 from racecar.localization.filter.particle_filter import ParticleFilter
 from racecar.localization.floor import free_space
-from racecar.localization.odometry import motion_samples, motion_source, segments, slip
+from racecar.localization.odometry import motion_source, segments, slip
 from racecar.localization.odometry.calibration import OdometryCalibration
 from racecar.localization.odometry.slip import changed_slips
 from racecar.localization.odometry.speed_memory import SpeedMemory
@@ -121,7 +121,7 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "lasting slip": _replaced(slip, _LASTING=(_NONE, _NONE, 30.0), _PUSHED_SECONDS=_NONE),
         "lag": _replaced(slip, _LAG_DEVIATION=0.0),
         "sliding on": _replaced(SpeedMemory, take=_slides_nowhere),
-        "extrapolation": _replaced(motion_samples, _EXTRAPOLATION=Extrapolation(0, 0, STALE_AFTER)),
+        "extrapolation": _replaced(motion_source, _EXTRAPOLATION=Extrapolation(0, 0, STALE_AFTER)),
         "carrying on": _replaced(motion_source, _LONGEST_CARRY=_NONE),
         "gyroscope": _replaced(TurnFusion, follow=nothing),
     },

@@ -77,7 +77,7 @@ def _without_steady_velocity(reckoning: DeadReckoning) -> MotionGuesses:
 PARTS: Mapping[str, tuple[Replacement, ...]] = {
     "calibration of the wheels": ((MapperState, "calibrate", nothing),),
     "lag of the wheels": ((OdometryLag, "learn", _no),),
-    "wheels that hang": ((DeadReckoning, "_freeze", nothing),),
+    "wheels that hang": ((DeadReckoning, "_leave_out_wheels", nothing),),
     "guess by scan odometry": ((DeadReckoning, "guesses", _without_scan_odometry),),
     "guess by steady velocity": ((DeadReckoning, "guesses", _without_steady_velocity),),
     "velocity filter": ((VelocityFilter, "advance", _no),),

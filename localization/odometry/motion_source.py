@@ -14,17 +14,21 @@ from racecar.localization.odometry.motion_model import (
     odometry_deviations,
     travel,
 )
-from racecar.localization.odometry.motion_samples import (
+from racecar.localization.odometry.speed_memory import SpeedMemory
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between
+from racecar.sensors.motion.motion_samples import (
     MeasuredMotion,
     MotionSamples,
     OdometryReading,
     is_set_back,
 )
-from racecar.localization.odometry.speed_memory import SpeedMemory
-from racecar.maps.geometry.se2 import IDENTITY, Pose, between
+from racecar.sensors.motion.odometry_buffer import STALE_AFTER, Extrapolation
 from racecar.sensors.motion.odometry_faults import OdometryFaults
 from racecar.sensors.motion.turn_fusion import TurnFusion, turned_more
 
+_EXTRAPOLATION = Extrapolation(100_000_000, speed_over=0, widest_gap=STALE_AFTER)
+"""By judgement: of odometry: at the speed between its last two samples, while the next is on its way, for a
+few periods of usual odometry (50 Hz)."""
 _GAP_SECONDS = 2.0
 """By judgement: between two scans; after a longer gap the car is searched for, because it may have been
 carried anywhere."""
@@ -41,8 +45,8 @@ class MotionSource:
     It belongs to the thread that has the scan, but for `step_from`, which anyone may ask.
     """
 
-    def __init__(self, samples: MotionSamples, config: LocalizationConfig) -> None:
-        self.samples, self.config = samples, config
+    def __init__(self, config: LocalizationConfig) -> None:
+        self.samples, self.config = MotionSamples(extrapolation=_EXTRAPOLATION), config
         self.calibration = OdometryCalibration()
         """Of the odometry; all steps are corrected by it."""
         self.turns = TurnFusion()

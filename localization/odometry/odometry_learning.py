@@ -45,7 +45,8 @@ class OdometryLearning:
         The car goes on at a speed (3,) per second.
         """
         self.start_anew()
-        self._source.samples.leave_out_odometry(stamp)
+        samples = self._source.samples
+        samples.leave_out_odometry(samples.repeats_since(stamp))
         self._source.speed = speed
 
     def follow(self, step: MotionStep, lag: float, estimate: PoseEstimate, is_known: bool) -> None:

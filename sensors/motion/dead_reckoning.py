@@ -26,12 +26,11 @@ from racecar.sensors.motion.deskew import (
     deskew_cloud,
     seen_by,
 )
-from racecar.sensors.motion.frozen_odometry import FrozenOdometry
-from racecar.sensors.motion.gyro_buffer import GyroBuffer, GyroReading, turn_between
+from racecar.sensors.motion.gyro_buffer import GyroReading, turn_between
 from racecar.sensors.motion.lag import OdometryLag
 from racecar.sensors.motion.motion_guesses import GuessSource, MotionGuesses
+from racecar.sensors.motion.motion_samples import MotionSamples
 from racecar.sensors.motion.mounts import Mounts
-from racecar.sensors.motion.odometry_buffer import OdometryBuffer
 from racecar.sensors.motion.scan_odometry import ScanOdometry
 from racecar.sensors.motion.turn_fusion import TurnFusion
 from racecar.sensors.motion.turn_search import with_turn_seen
@@ -93,12 +92,11 @@ class DeadReckoning:
         level; None of a planar one."""
         self.turns = TurnFusion()
         """What the turns by wheels and gyroscope have proven to be worth."""
-        self.frozen = FrozenOdometry()
-        """When the wheels repeated a pose while the scans moved."""
         self._unseen_turn = 0.0
         """Radians that the scans show since the wheels repeat a heading."""
-        self._odometry = OdometryBuffer(lag=odometry_lag)
-        self._gyro = GyroBuffer()
+        self._samples = MotionSamples(odometry_lag)
+        self.frozen = self._samples.frozen
+        """When the wheels repeated a pose while the scans moved."""
         self._scan_odometry = ScanOdometry()
         self._filter = VelocityFilter()
         self._points: NDArray[np.float64] = np.zeros((0, 2))
@@ -110,20 +108,18 @@ class DeadReckoning:
 
     def add_odometry(self, odometry: Odometry) -> None:
         """Take a sample of wheel odometry; one that does not continue the last starts it afresh."""
-        if self.frozen.thaws_with(odometry) or self._odometry.jumps_to(odometry):
-            self._odometry = OdometryBuffer(lag=self.odometry_lag.nanoseconds)
+        if self._samples.add_odometry(odometry):
             self._forget_wheels()
-        self._odometry.add(odometry)
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
         """Take a sample of the gyroscope."""
-        self._gyro.add(yaw_rate)
+        self._samples.add_yaw_rate(yaw_rate)
 
     def can_follow(self, scan: Scan) -> bool:
         """Whether the motion to a scan can be told: to that of a further laser, by wheels only."""
         if not self.mounts.is_further(scan.laser):
             return True
-        can = self._keyframe.by_wheels is not None and self._odometry.covers(scan.stamp)
+        can = self._keyframe.by_wheels is not None and self._samples.odometry.covers(scan.stamp)
         self.scans_left_out += not can
         return can
 
@@ -133,8 +129,12 @@ class DeadReckoning:
         self._place_laser(scan)
         self.blind_for = scan.stamp - self._seeing_stamp if self._seeing_stamp else 0
         mount = self.mounts.of(scan.laser)
-        last, by_gyro = self._now, self._gyro.reading_at(scan.stamp)
-        self._now = last._replace(by_wheels=self._wheels_at(scan), by_gyro=by_gyro)
+        last, reading = self._now, self._samples.reading_at(scan.stamp)
+        odom_from_base, by_gyro = reading.odom_from_base, reading.by_gyro
+        self.scans_without_odometry += odom_from_base is None
+        to_reference = self.mounts.base_from_reference
+        odom_from_reference = None if odom_from_base is None else compose(odom_from_base, to_reference)
+        self._now = last._replace(by_wheels=odom_from_reference, by_gyro=by_gyro)
         gyro_turn, seconds = turn_between(last.by_gyro, by_gyro), (scan.stamp - last.stamp) * 1e-9
         by_wheels = _step(last.by_wheels, self._now.by_wheels)
         if by_wheels is not None:
@@ -196,7 +196,7 @@ class DeadReckoning:
     @property
     def wheels_repeat(self) -> bool:
         """Whether the wheels say that the car stands now, which wheels that are frozen say too."""
-        return self._now.by_wheels is not None and self._odometry.repeats_since(self._now.stamp) is not None
+        return self._samples.repeats(self._now.stamp)
 
     def judge_repeating(self, step: Pose, source: GuessSource, limits: tuple[float, float]) -> None:
         """Leave out wheels that repeat a pose or heading, until that changes, if the scans contradict them:
@@ -206,33 +206,33 @@ class DeadReckoning:
         limits (metres, radians) was made meanwhile. The heading of a car that steers straight ahead repeats
         too, so some steps have to show together that it turns; where a gyroscope does, it is not missed.
         """
-        begin = self._odometry.repeats_since(self._now.stamp)
+        begin = self._samples.repeats_since(self._now.stamp)
         if begin is not None:
             if source != GuessSource.WHEELS_OR_FILTER or (
                 self._is_since_keyframe(begin) and are_apart(step, IDENTITY, limits)
             ):
-                self._freeze(begin, np.zeros(3))
+                self._leave_out_wheels(begin)
             return
-        begin = self._odometry.repeats_since(self._now.stamp, heading_only=True)
+        begin = self._samples.repeats_since(self._now.stamp, heading_only=True)
         is_unseen = begin is not None and self._is_since_keyframe(begin) and isnan(self.gyro_step()[0])
         self._unseen_turn = self._unseen_turn + float(step[2]) if is_unseen else 0.0
         if begin is not None and abs(self._unseen_turn) > _UNSEEN_TURN:
-            self._freeze(begin, np.array([np.nan, np.nan, 0.0]))
+            self._leave_out_wheels(begin, heading_only=True)
 
     def doubt_standing(self) -> None:
         """Leave out wheels that repeat a pose, until that changes: a car that stood would see again what it
         saw at the last keyframe, but it does not."""
-        begin = self._odometry.repeats_since(self._now.stamp)
+        begin = self._samples.repeats_since(self._now.stamp)
         if begin is not None and self._now.by_wheels is not None:
-            self._freeze(begin, np.zeros(3))
+            self._leave_out_wheels(begin)
 
     def _is_since_keyframe(self, begin: int) -> bool:
         """Whether what the odometry repeats since a stamp (nanoseconds) is all that it says of the step."""
-        return begin - self._odometry.lag <= self._keyframe.stamp
+        return begin - self._samples.odometry.lag <= self._keyframe.stamp
 
-    def _freeze(self, begin: int, unless: Pose) -> None:
-        """Leave out the wheels until their pose changes where ``unless`` (3,) is not NaN."""
-        self.frozen.freeze(begin, self._odometry.latest_pose + unless)
+    def _leave_out_wheels(self, begin: int, *, heading_only: bool = False) -> None:
+        """What they repeat since a stamp is no motion."""
+        self._samples.leave_out_odometry(begin, heading_only=heading_only)
         self._forget_wheels()
         self._unseen_turn = 0.0
 
@@ -286,10 +286,11 @@ class DeadReckoning:
 
     def learn_lag(self) -> None:
         """Learn by how much odometry is stamped late, and apply it; the current scan must be the keyframe."""
-        if self.odometry_lag.learn(self._odometry):
-            self._odometry.lag = self.odometry_lag.nanoseconds
+        odometry = self._samples.odometry
+        if self.odometry_lag.learn(odometry):
+            odometry.lag = self.odometry_lag.nanoseconds
             if self._now.by_wheels is not None:
-                odom_from_base = self._odometry.pose_at(self._now.stamp)
+                odom_from_base = odometry.pose_at(self._now.stamp)
                 by_wheels = compose(odom_from_base, self.mounts.base_from_reference)
                 self._now = self._keyframe = self._now._replace(by_wheels=by_wheels)
 
@@ -307,7 +308,7 @@ class DeadReckoning:
             return None
         turn = model.by_gyro(gyro_turn, seconds)
         sweep = float(scan.time_offsets.max(initial=0.0))
-        begin, end = self._gyro.angles_at([scan.stamp, scan.stamp + round(sweep * 1e9)]).tolist()
+        begin, end = self._samples.gyro.angles_at([scan.stamp, scan.stamp + round(sweep * 1e9)]).tolist()
         rate = model.by_gyro(end - begin, sweep) / sweep if sweep > 1e-3 else turn / seconds
         variance = model.variance_by_gyro(turn, seconds)
         return TurnMeasured(turn, variance, rate, self.mounts.base_from_reference)
@@ -315,16 +316,16 @@ class DeadReckoning:
     def _motion_in_sweep(self, scan: Scan, turned: TurnMeasured | None) -> LaserMotion:
         """By the wheels, with the turn by the gyroscope where that is believed."""
         if turned is None:
-            return by_odometry(scan, self._odometry)
-        if len(self._odometry) == 0:
+            return by_odometry(scan, self._samples.odometry)
+        if len(self._samples.odometry) == 0:
             return by_velocity(np.array([0.0, 0.0, turned.rate_in_sweep]))
-        at_stamp = self._gyro.angles_at([scan.stamp])
+        at_stamp = self._samples.gyro.angles_at([scan.stamp])
 
         def correction(steps: Pose, seconds: NDArray[np.float64], stamps: NDArray[np.int64]) -> Pose:
-            turns = self._gyro.angles_at(stamps) - at_stamp
+            turns = self._samples.gyro.angles_at(stamps) - at_stamp
             return self.turns.model.fused(steps, turns, np.abs(seconds))
 
-        return by_odometry(scan, self._odometry, correction)
+        return by_odometry(scan, self._samples.odometry, correction)
 
     def _begin_scan_odometry(self) -> None:
         """Begin anew with the current scan.
@@ -349,14 +350,6 @@ class DeadReckoning:
             each if each.by_wheels is None else each._replace(by_wheels=compose(each.by_wheels, moved))
             for each in (self._now, self._keyframe)
         )
-
-    def _wheels_at(self, scan: Scan) -> Pose | None:
-        """odom_from_reference (3,), None where odometry has a gap."""
-        is_frozen = self.frozen.is_frozen_at(scan.stamp + self._odometry.lag)
-        if is_frozen or not self._odometry.covers(scan.stamp):
-            self.scans_without_odometry += 1
-            return None
-        return compose(self._odometry.pose_at(scan.stamp), self.mounts.base_from_reference)
 
 
 def _step(first: Pose | None, second: Pose | None) -> Pose | None:

@@ -5,7 +5,6 @@ from hypothesis import strategies as st
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.odometry.motion_model import MotionStep
-from racecar.localization.odometry.motion_samples import MotionSamples
 from racecar.localization.odometry.motion_source import MotionSource
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.sensors.motion.odometry_faults import OdometryFaults
@@ -16,7 +15,7 @@ MILLISECOND, SECOND = 1_000_000, 1_000_000_000
 
 
 def source(**settings: float) -> MotionSource:
-    return MotionSource(MotionSamples(), LocalizationConfig.model_validate(settings))
+    return MotionSource(LocalizationConfig.model_validate(settings))
 
 
 def true_pose(stamp: int) -> Pose:

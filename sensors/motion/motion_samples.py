@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import isfinite, nan
 from threading import Lock
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,16 +12,13 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.geometry.se2_kernels import step_between
 from racecar.sensors.motion.frozen_odometry import FrozenOdometry
 from racecar.sensors.motion.gyro_buffer import GyroBuffer, GyroReading, turn_between
-from racecar.sensors.motion.odometry_buffer import STALE_AFTER, Extrapolation, OdometryBuffer
+from racecar.sensors.motion.odometry_buffer import STAND_STILL, Extrapolation, OdometryBuffer
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.yaw_rate import YawRate
 
 _RESTART = 1_000_000_000
 """By judgement: nanoseconds by which a clock must go back to count as set anew; by less, messages came out of
 order."""
-_EXTRAPOLATION = Extrapolation(100_000_000, speed_over=0, widest_gap=STALE_AFTER)
-"""By judgement: of odometry: at the speed between its last two samples, while the next is on its way, for a
-few periods of usual odometry (50 Hz)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,41 +59,58 @@ class OdometryReading:
 class MotionSamples:
     """Any thread may add samples and ask at any time."""
 
-    def __init__(self) -> None:
+    def __init__(self, lag: int = 0, extrapolation: Extrapolation = STAND_STILL) -> None:
+        """``lag``: nanoseconds by which samples of the odometry are stamped late; past the last of them the
+        ``extrapolation`` says how the car goes on."""
         self.frozen = FrozenOdometry()
         """When the odometry repeated a pose while the car moved on."""
-        self._lock = Lock()
+        self.odometry = OdometryBuffer(lag=lag, extrapolation=extrapolation)
+        """Of the latest series."""
+        self.gyro = GyroBuffer()
         self._series = 0
-        self._odometry = OdometryBuffer(extrapolation=_EXTRAPOLATION)
-        self._gyro = GyroBuffer()
+        self._lock = Lock()
 
-    def add_odometry(self, odometry: Odometry) -> None:
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, _lock=Lock())
+
+    def add_odometry(self, odometry: Odometry) -> bool:
         """Take a sample; one that is not finite or comes out of order is left out.
 
-        Where its clock is set back or its poses jump, odometry begins anew.
+        Where its clock is set back or its poses jump, odometry begins anew; then the answer is yes.
         """
         if not isfinite(sum(odometry.odom_from_base.tolist())):
-            return
+            return False
         with self._lock:
-            is_anew = is_set_back(self._odometry.latest_stamp, odometry.stamp)
-            if self.frozen.thaws_with(odometry) or is_anew or self._odometry.jumps_to(odometry):
-                self._odometry = OdometryBuffer(extrapolation=_EXTRAPOLATION)
+            latest = self.odometry.latest_stamp
+            begins_anew = (
+                self.frozen.thaws_with(odometry)
+                or is_set_back(latest, odometry.stamp)
+                or self.odometry.jumps_to(odometry)
+            )
+            if begins_anew:
+                self.odometry = OdometryBuffer(
+                    lag=self.odometry.lag, extrapolation=self.odometry.extrapolation
+                )
                 self._series += 1
-            self._odometry.add(odometry)
+            self.odometry.add(odometry)
+            return begins_anew
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
         """Take a sample of the gyroscope; one that is no number or comes out of order is left out."""
         with self._lock:
-            if is_set_back(self._gyro.latest_stamp, yaw_rate.stamp):
-                self._gyro.start_anew()
-            self._gyro.add(yaw_rate)
+            if is_set_back(self.gyro.latest_stamp, yaw_rate.stamp):
+                self.gyro.start_anew()
+            self.gyro.add(yaw_rate)
 
     def reading_at(self, stamp: int) -> OdometryReading:
         """At a stamp, or as near to it as samples come."""
         with self._lock:
-            is_known = self._odometry.covers(stamp) and not self.frozen.is_frozen_at(stamp)
-            odom_from_base = self._odometry.pose_at([stamp])[0] if is_known else None
-            return OdometryReading(stamp, self._series, odom_from_base, self._gyro.reading_at(stamp))
+            is_known = not self._is_frozen_at(stamp) and self.odometry.covers(stamp)
+            odom_from_base = self.odometry.pose_at([stamp])[0] if is_known else None
+            return OdometryReading(stamp, self._series, odom_from_base, self.gyro.reading_at(stamp))
 
     def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
         """``odom_from_base`` (N, 3) at stamps (N,); past the latest sample, its speed lasts for a little.
@@ -103,26 +118,35 @@ class MotionSamples:
         Raises LookupError while there is no odometry.
         """
         with self._lock:
-            return self._odometry.pose_at(stamps)
+            return self.odometry.pose_at(stamps)
 
     def gyro_turns(self, since: GyroReading | None, stamps: NDArray[np.int64]) -> NDArray[np.float64]:
         """(N,) radians from a reading to stamps (N,), as measured; NaN where that is not known."""
         with self._lock:
-            if since is None or since.series != self._gyro.series:
+            if since is None or since.series != self.gyro.series:
                 return np.full(len(stamps), nan)
-            return self._gyro.angles_at(stamps) - since.angle
+            return self.gyro.angles_at(stamps) - since.angle
 
     def repeats(self, stamp: int) -> bool:
         """Whether the odometry says that the car stands, by repeating one pose to the last bit."""
-        with self._lock:
-            return not self.frozen.is_frozen_at(stamp) and self._odometry.repeats_since(stamp) is not None
+        return not self._is_frozen_at(stamp) and self.repeats_since(stamp) is not None
 
-    def leave_out_odometry(self, stamp: int) -> None:
-        """The pose that the odometry repeats at a stamp is no motion, until it goes on."""
+    def repeats_since(self, stamp: int, *, heading_only: bool = False) -> int | None:
+        """See `OdometryBuffer.repeats_since`."""
         with self._lock:
-            begin = self._odometry.repeats_since(stamp)
-            if begin is not None:
-                self.frozen.freeze(begin, self._odometry.latest_pose)
+            return self.odometry.repeats_since(stamp, heading_only=heading_only)
+
+    def leave_out_odometry(self, begin: int | None, *, heading_only: bool = False) -> None:
+        """What the odometry repeats since a stamp, if it does, is no motion, until its pose goes on, or its
+        heading."""
+        if begin is None:
+            return
+        with self._lock:
+            unless = np.array([nan, nan, 0.0]) if heading_only else np.zeros(3)
+            self.frozen.freeze(begin, self.odometry.latest_pose + unless)
+
+    def _is_frozen_at(self, stamp: int) -> bool:
+        return self.frozen.is_frozen_at(stamp + self.odometry.lag)
 
 
 def is_set_back(latest: int | None, stamp: int) -> bool:
