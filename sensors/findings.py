@@ -4,6 +4,9 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from racecar.maps.geometry.se2 import Pose
 from racecar.sensors.sentences import COUNTED, SENTENCES
 
 
@@ -57,6 +60,11 @@ class Finding:
 def times(count: int) -> str:
     """Such as "once", "twice" and "3 times"."""
     return {1: "once", 2: "twice"}.get(count, f"{count} times")
+
+
+def in_words(pose: Pose) -> str:
+    """A place (3,) for people."""
+    return f"x {pose[0]:.2f} m, y {pose[1]:.2f} m, yaw {np.degrees(pose[2]):.0f}°"
 
 
 _LOST = (

@@ -452,6 +452,23 @@ _LIVE: Mapping[str, Sentences] = {
         "The odometry's poses stand still while its speeds do not; set the parameter odometry to twist.",
         "",
     ),
+    "odometry_hangs": (
+        "The odometry repeats one pose while the scans move on: it is ignored until that changes.",
+        f"{_CARRIED} find out why the odometry's driver hangs.",
+    ),
+    "no_messages": (
+        "Nothing has arrived on {topic} yet: is the driver running, and is the name right?",
+        "",
+    ),
+    "messages_stopped": ("Nothing arrives on {topic} any more: {consequence}.", ""),
+    "messages_of_strange_type": (
+        "The messages on {topic} are of a type that is not supported: {types}.",
+        "",
+    ),
+    "messages_of_other_type": (
+        "Messages on {topic} of another type, {types}, are left out: publish one type on a topic.",
+        "",
+    ),
     "invalid_yaw_rates": (
         "Messages of the IMU hold no turn rates, by their covariance or as these are no numbers: they are "
         "left out.",

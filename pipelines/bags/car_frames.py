@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.bags.converters.transforms import (
     BASE_FRAMES,
     FrameLinks,
@@ -18,7 +17,7 @@ from racecar.pipelines.bags.converters.transforms import (
     last_name,
     seen_from_above,
 )
-from racecar.sensors.findings import Finding
+from racecar.sensors.findings import Finding, in_words
 
 _LARGEST_TILT = np.radians(10)
 """Above which a planar scan is misleading, since 10° put a wall 5 m away 9 cm too far: by judgement."""
@@ -178,8 +177,3 @@ def base_frame_of(tree: TransformTree, sensor_frame: str, odometry_child: str) -
         return standard[0]
     top = tree.top(sensor_frame)
     return None if top == sensor_frame else top
-
-
-def in_words(pose: Pose) -> str:
-    """A place (3,) for people."""
-    return f"x {pose[0]:.2f} m, y {pose[1]:.2f} m, yaw {np.degrees(pose[2]):.0f}°"

@@ -22,7 +22,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.messages import frame_name, nanoseconds
 from racecar.pipelines.files.config_file import Config
-from racecar.pipelines.live.display.localizer_display import DISPLAY_WORK, LocalizerDisplay
+from racecar.pipelines.live.display.localizer_display import LocalizerDisplay
 from racecar.pipelines.live.display.words import localizer_words
 from racecar.pipelines.live.intake.first_messages import Arrived
 from racecar.pipelines.live.monitoring.whereabouts import Whereabouts
@@ -31,15 +31,17 @@ from racecar.pipelines.live.remembered_pose import PoseMemory, RememberedPose
 from racecar.pipelines.live.ros.messages import grid_of, odometry_message, pose_message
 from racecar.pipelines.live.ros.parameters import declare_settings, watch_settings
 from racecar.pipelines.live.ros.qos import LATCHED
-from racecar.pipelines.live.start_requests import START_WORK, StartRequests
+from racecar.pipelines.live.start_requests import StartRequests
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.sensors.odometry import Odometry
 
 if TYPE_CHECKING:
     from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
-_WORK = {**START_WORK, "scan": 80, "map": 1, "settings": 4}
-_SIDE_WORK = {**DISPLAY_WORK, "map": 1, "memory": 1}
+_MOST_SETTINGS = 4
+"""Changes of them that may wait: a person makes no more at once."""
+_MOST_SCANS = 80
+"""That may wait: two seconds of them, which a car that is slow for a moment catches up with."""
 _REMEMBER_EVERY = 1.0
 """Seconds; a node that is killed forgets no more than that: by judgement."""
 
@@ -87,7 +89,7 @@ class LocalizerNode(LiveNode):
         view: "WatchScreen | None" = None,
     ) -> None:
         """Surveys the map. Raises UserError when that or a parameter is at fault."""
-        super().__init__(node, "localizer", _WORK, _SIDE_WORK, config.sensors, moves_laser=True)
+        super().__init__(node, "localizer", config.sensors, moves_laser=True)
         self._config = declare_settings(node, config.localization)
         self._begin = start
         self._maps_taken = 0
@@ -104,7 +106,7 @@ class LocalizerNode(LiveNode):
         self._is_understood = False
         self._base_from_laser: Pose | None = None
         self._trail: deque[tuple[int, Pose, Pose]] = deque(maxlen=_TRAIL)
-        self._memory_schedule = Schedule({"memory": _REMEMBER_EVERY})
+        self._memory_schedule = Schedule()
         map_frame = self.parameters.map_frame
         self._display = LocalizerDisplay(
             node, map_frame, self.side, view, publishes_map=start.grid is not None
@@ -129,7 +131,7 @@ class LocalizerNode(LiveNode):
 
     def stop(self) -> None:
         """Do what is waiting, remember the pose, and stop."""
-        self._display.end()
+        self._display.end("The node has ended.")
         super().stop()
         self._remember()
 
@@ -158,7 +160,7 @@ class LocalizerNode(LiveNode):
 
     def take_scan(self, message: Any, arrival: int) -> None:
         """Let the worker locate it."""
-        self.worker.inbox.put("scan", partial(self._receive_scan, message, arrival))
+        self.worker.put("scan", partial(self._receive_scan, message, arrival), _MOST_SCANS)
 
     def take_odometry(self, message: Any, arrival: int) -> None:
         """Take it in and publish the pose of now, neither of which waits for the worker."""
@@ -174,7 +176,7 @@ class LocalizerNode(LiveNode):
             return
         if self._remembered is not None and not self._is_asked:
             self._is_asked = True
-            self.worker.inbox.put("place", partial(self._start_from_memory, self._last_odometry))
+            self.worker.put("place", partial(self._start_from_memory, self._last_odometry))
         localizer.add_odometry(sample)
         if self.sensors.was_corrected():
             self._start_from_trail(arrival, sample)
@@ -305,8 +307,8 @@ class LocalizerNode(LiveNode):
         if self._last_odometry is not None and not estimate.is_lost:
             self._trail.append((arrival, estimate.map_from_base, self._last_odometry[1].odom_from_base))
         self._display.show(stamp, localizer.calibration.turned(scan), estimate, localizer)
-        if self._memory_schedule.is_due("memory"):
-            self.side.inbox.put("memory", self._remember)
+        if self._memory_schedule.is_due("memory", _REMEMBER_EVERY):
+            self.side.put("memory", self._remember)
 
     def _follow_laser(self, localizer: Localizer, base_from_laser: Pose) -> None:
         """Where the laser turns out to sit elsewhere on the car, the car is elsewhere on the map."""
@@ -353,12 +355,19 @@ class LocalizerNode(LiveNode):
             return
         if not estimate.is_place_known:
             return
-        stamp, odom_from_base = None, IDENTITY
+        stamp, odom_from_base = None, None
         if odometry is not None and estimate.stamp - odometry[1].stamp < _OF_ONE_TIME:
             stamp, sample = odometry
             estimate, odom_from_base = localizer.pose_at(sample.stamp) or estimate, sample.odom_from_base
+        pose = RememberedPose.model_construct(
+            map_from_base=estimate.map_from_base,
+            covariance=estimate.covariance,
+            odometry_stamp=stamp,
+            odom_from_base=odom_from_base,
+            laser=self.sensors.place,
+        )
         try:
-            self._memory.save(estimate, stamp, odom_from_base, self.sensors.place)
+            self._memory.save(pose)
             self.faults.end("memory", "The pose is remembered again.")
         except UserError as error:
             self.faults.report("memory", f"The pose is not remembered for the next start: {error}")
@@ -369,7 +378,7 @@ class LocalizerNode(LiveNode):
                 self._localizer.reconfigure(config)
 
         self._config = config
-        self.worker.inbox.put("settings", work)
+        self.worker.put("settings", work, _MOST_SETTINGS)
 
     def _on_map(self, message: Any) -> None:
         """A survey takes a moment on a large map; until it is done the old map serves."""
@@ -380,9 +389,9 @@ class LocalizerNode(LiveNode):
             if known is not None and _is_same(grid, known):
                 return
             localizer = self._new_localizer(grid)
-            self.worker.inbox.put("map", lambda: self._switch_to(grid, localizer))
+            self.worker.put("map", lambda: self._switch_to(grid, localizer))
 
-        self.side.inbox.put("map", build)
+        self.side.put("map", build)
 
     def _switch_to(self, grid: OccupancyGrid, localizer: Localizer) -> None:
         is_first = self._localizer is None

@@ -20,8 +20,8 @@ from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import frame_name
 from racecar.pipelines.bags.order import HeldScans
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.live.display.map_verdict import VERDICT_WORK, MapVerdict
-from racecar.pipelines.live.display.mapper_display import DISPLAY_WORK, DRAWING_WORK, MapperDisplay
+from racecar.pipelines.live.display.map_verdict import MapVerdict
+from racecar.pipelines.live.display.mapper_display import MapperDisplay
 from racecar.pipelines.live.display.words import mapper_words
 from racecar.pipelines.live.intake.first_messages import FirstMessages
 from racecar.pipelines.live.intake.laser_place import LaserPlace
@@ -44,8 +44,6 @@ if TYPE_CHECKING:
 _MESSAGES = {"scan": 25_000, "motion": 100_000}
 """Kinds of messages, and how many of each may wait: ten minutes of them, as long as mapping an hour again
 takes."""
-_WORK = {**_MESSAGES, "rest": 1, "save": 1, "log": 1}
-_SIDE_WORK = {**DISPLAY_WORK, **VERDICT_WORK, "memory": 1}
 _GIVE_BACK_EVERY = 0.3
 """Seconds between two times that free memory goes back to the machine, as each takes milliseconds."""
 _HELD_FOR = 0.5
@@ -74,14 +72,14 @@ class MapperNode(LiveNode):
         self, node: Any, output: MapOutput, log: DriveLog, view: "WatchScreen | None" = None
     ) -> None:
         """Raises UserError that names a parameter at fault."""
-        super().__init__(node, "mapper", _WORK, _SIDE_WORK, output.config.sensors, moves_laser=False)
+        super().__init__(node, "mapper", output.config.sensors, moves_laser=False)
         config = output.config.mapping
         self._output, self._log, self._mapper = output, log, Mapper(config)
         self._earlier: list[Mapper] = []
         """Of the drives that were broken off for long, in their order."""
         self._is_mapping_logged = log.broken_off is not None
         self._is_cut_short = False
-        self._drawer = Worker("drawer", DRAWING_WORK, self.faults, self.survive)
+        self._drawer = Worker("drawer", self.faults, self.survive)
         self._display = MapperDisplay(
             node,
             self.parameters.map_frame,
@@ -93,7 +91,7 @@ class MapperNode(LiveNode):
         )
         self._verdict = MapVerdict(self.side)
         self._service = SaveService(node, output, self._request_drives, self.faults, self.inform)
-        self._memory_schedule = Schedule({"memory": _GIVE_BACK_EVERY})
+        self._memory_schedule = Schedule()
         self._counts: Counter[str] = Counter()
         self._held = HeldScans(self._counts)
         self._first = FirstMessages(self.sensors.knows_place, self.sensors.understands)
@@ -102,7 +100,7 @@ class MapperNode(LiveNode):
         self._stated = OdometryBuffer()
         self._odom_frame = "odom"
         self._pose: Pose | None = None
-        self._growth = Growth()
+        self._growth: Growth | None = None
         self._longest_backlog = 0.0
         self._pose_topic = node.create_publisher(PoseStamped, "tracked_pose", 10)
 
@@ -110,13 +108,13 @@ class MapperNode(LiveNode):
         """Begin to listen."""
         self._drawer.start()
         if self._is_mapping_logged:
-            self.worker.inbox.put("log", self._map_logged)
+            self.worker.put("log", self._map_logged)
         super().start()
         self._service.start()
 
     def stop(self) -> None:
         """Take in everything that has come, and stop; another Ctrl-C leaves out what still waits."""
-        self._display.end()
+        self._display.end("The drive is over; its map is being finished and saved.")
         ending = Thread(target=self._end, name="ending", daemon=True)
         ending.start()
         seconds = _FIRST_TOLD
@@ -126,11 +124,11 @@ class MapperNode(LiveNode):
                 seconds = _TOLD_EVERY
                 if self._is_mapping_logged:
                     self.inform("The log is not mapped yet; press Ctrl-C again to save what there is.")
-                elif scans := self.worker.inbox.backlog("scan"):
+                elif scans := self.worker.backlog("scan"):
                     self.inform(f"{scans} scans to go; press Ctrl-C again to save what there is.")
             except KeyboardInterrupt:
                 self._is_cut_short = True
-                left_out = {kind: self.worker.inbox.clear(kind) for kind in _MESSAGES}
+                left_out = {kind: self.worker.clear(kind) for kind in _MESSAGES}
                 self.inform(f"{left_out['scan']} scans are left out; the map shows those before.")
 
     def _end(self) -> None:
@@ -157,17 +155,18 @@ class MapperNode(LiveNode):
 
     def figures(self) -> Mapping[str, Any]:
         """How the map grows, as the worker handed it over."""
+        growth = self._growth or Growth()
         return {
-            "keyframes": self._growth.keyframes,
-            "submaps": self._growth.submaps,
-            "messages waiting": sum(map(self.worker.inbox.backlog, _MESSAGES)),
+            "keyframes": growth.keyframes,
+            "submaps": growth.submaps,
+            "messages waiting": sum(map(self.worker.backlog, _MESSAGES)),
             "times the map was drawn anew": self._display.times_redrawn,
             **self._verdict.figures,
         }
 
     def tell(self, wrong: list[str]) -> None:
         """Say on the page how much is mapped, and what is wrong."""
-        self._display.tell(mapper_words(self._display.growth, self._verdict.quality, wrong))
+        self._display.tell(mapper_words(self._growth, self._verdict.quality, wrong))
 
     def summary(self) -> dict[str, Any]:
         """Figures of the whole run, also by how many seconds the mapper was behind at most."""
@@ -175,15 +174,15 @@ class MapperNode(LiveNode):
 
     def take_scan(self, message: Any, arrival: int) -> None:
         """Let the worker map it."""
-        self.worker.inbox.put("scan", partial(self._receive, True, message, arrival))
+        self.worker.put("scan", partial(self._receive, True, message, arrival), _MESSAGES["scan"])
 
     def take_odometry(self, message: Any, arrival: int) -> None:
         """Let the worker take it in, in its turn."""
-        self.worker.inbox.put("motion", partial(self._receive, False, message, arrival))
+        self.worker.put("motion", partial(self._receive, False, message, arrival), _MESSAGES["motion"])
 
     def take_imu(self, message: Any, arrival: int) -> None:
         """Let the worker take it in, in its turn."""
-        self.worker.inbox.put("motion", partial(self._receive_imu, message, arrival))
+        self.worker.put("motion", partial(self._receive_imu, message, arrival), _MESSAGES["motion"])
 
     def _receive_imu(self, message: Any, arrival: int) -> None:
         if not self._first.are_taken:
@@ -230,10 +229,10 @@ class MapperNode(LiveNode):
     def watch(self) -> None:
         """Also: a scan waits for its odometry only while messages come."""
         super().watch()
-        inbox, health = self.worker.inbox, self.health
+        worker, health = self.worker, self.health
         is_silent = min(health.silence("scans"), health.silence("odometry")) > _HELD_FOR
-        if is_silent and not inbox.backlog("rest"):
-            inbox.put("rest", self._take_rest)
+        if is_silent and not worker.backlog("rest"):
+            worker.put("rest", self._take_rest)
 
     def _take_rest(self) -> None:
         self._take(self._held.rest())
@@ -294,8 +293,8 @@ class MapperNode(LiveNode):
         self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
         self._display.show(stamp, item, self._pose, self._mapper)
         self._verdict.judge_when_due(self._mapper.quality_so_far)
-        if self._memory_schedule.is_due("memory"):
-            self.side.inbox.put("memory", give_back_free_memory)
+        if self._memory_schedule.is_due("memory", _GIVE_BACK_EVERY):
+            self.side.put("memory", give_back_free_memory)
 
     def _leave_earlier(self, seconds: float) -> None:
         """The car was left alone for so long that nobody knows where it is on the map."""
@@ -332,5 +331,5 @@ class MapperNode(LiveNode):
             else:
                 taken.set_result(pickle.dumps([*self._earlier, self._mapper]))
 
-        self.worker.inbox.put("save", take)
+        self.worker.put("save", take)
         return taken

@@ -12,7 +12,6 @@ from racecar.pipelines.bags.converters.registry import (
 )
 from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, nanoseconds, ros2_types
 from racecar.pipelines.files.report import peak_memory_mb
-from racecar.pipelines.live.intake.sensor_learning import SensorLearning
 from racecar.pipelines.live.intake.sensors import Sensors
 from racecar.pipelines.live.intake.transform_odometry import TransformOdometry
 from racecar.pipelines.live.intake.transform_topics import TransformTopics
@@ -25,16 +24,20 @@ from racecar.pipelines.live.ros.parameters import CarParameters, declare_setting
 from racecar.pipelines.live.ros.transforms import TransformBroadcaster
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
-from racecar.pipelines.runs.learned_corrections import KnownSensors
 from racecar.sensors.config import SensorConfig
+from racecar.sensors.findings import Finding
 from racecar.sensors.motion.frozen_odometry import FrozenOdometry
 from racecar.sensors.motion.turn_fusion import TurnModel
+from racecar.sensors.self_calibration.learned_corrections import KnownSensors
+from racecar.sensors.self_calibration.sensor_learning import SensorLearning
 
 _SILENT_AFTER = 1.0
 """Seconds without a message after which a topic has stopped; the slowest scanners send twice a second."""
 _PATIENCE = 3.0
 """Seconds after the start for which a topic may be silent, since DDS takes up to 3 s to find publishers."""
 
+_READINGS_WAIT, _BATCHES_WAIT = 4, 200
+"""Pieces of work that may wait: first messages of some lasers, and minutes of a drive, to learn from."""
 _LOOK_EVERY = 5.0
 """Seconds between two looks at who else publishes on a topic: by judgement, as people start drivers."""
 _NO_ODOMETRY = 1.5
@@ -48,22 +51,9 @@ class LiveNode(ABC):
     without: ClassVar[Mapping[str, str]]
     """What it means when the scans or the odometry stop."""
 
-    def __init__(
-        self,
-        node: Any,
-        name: str,
-        work: Mapping[str, int],
-        side_work: Mapping[str, int],
-        sensors: SensorConfig,
-        *,
-        moves_laser: bool,
-    ) -> None:
-        """``work`` and ``side_work``: the kinds of each thread's work and how much of each may wait;
-        ``sensors`` says what of their readings counts;
-        ``moves_laser``: whether the laser's place may change meanwhile.
-
-        Raises UserError that names a parameter at fault.
-        """
+    def __init__(self, node: Any, name: str, sensors: SensorConfig, *, moves_laser: bool) -> None:
+        """``sensors`` says what of their readings counts; ``moves_laser``: whether the laser's place may
+        change meanwhile. Raises UserError that names a parameter at fault."""
         self.node = node
         self.parameters = declare_settings(node, CarParameters(), read_only=True)
         self.faults = Faults(self._warn, self.inform)
@@ -73,17 +63,17 @@ class LiveNode(ABC):
             laser_pose=self.parameters.base_from_laser,
             integrate_twist=self.parameters.odometry == "twist",
             faults=self.faults,
-            aside=lambda work: self.side.inbox.put("reading", work),
+            aside=lambda work: self.side.put("reading", work, _READINGS_WAIT),
             config=sensors,
         )
         self.transforms = TransformBroadcaster(node, self.parameters)
-        self.worker = Worker("worker", work, self.faults, self.survive)
-        self.side = Worker("side", {**side_work, "reading": 4}, self.faults, self.survive)
-        self._learner = Worker("learner", {"batch": 200}, self.faults, self.survive)
+        self.worker = Worker("worker", self.faults, self.survive)
+        self.side = Worker("side", self.faults, self.survive)
+        self._learner = Worker("learner", self.faults, self.survive)
         self.learning = SensorLearning(
             self._known_sensors,
-            self.faults,
-            lambda work: self._learner.inbox.put("batch", work),
+            lambda findings: self.faults.find(*findings, lasting=False),
+            lambda work: self._learner.put("batch", work, _BATCHES_WAIT),
             moves_laser=moves_laser,
         )
         self._diagnostics = Diagnostics(node, name)
@@ -93,7 +83,7 @@ class LiveNode(ABC):
         self._transform_odometry: TransformOdometry | None = None
         self._is_odometry_published = False
         self._topics: dict[str, TypedTopic] = {}
-        self._schedule = Schedule(dict.fromkeys(("scans", "odometry", "imu"), _LOOK_EVERY))
+        self._schedule = Schedule()
 
     def start(self) -> None:
         """Begin to listen; everything else must be ready."""
@@ -126,7 +116,7 @@ class LiveNode(ABC):
         """Figures of the whole run."""
         return {
             **self.health.summary(),
-            "dropped": {**self.worker.inbox.dropped},
+            "dropped": {**self.worker.dropped},
             "faults": self.faults.counts,
             "peak_memory_mb": peak_memory_mb(),
         }
@@ -170,9 +160,9 @@ class LiveNode(ABC):
         """Say on the page how it is, and what is wrong."""
 
     def _known_sensors(self) -> KnownSensors:
-        place, source = self.sensors.base_from_laser
+        place = self.sensors.first_place
         names = self._topics["scans"].name, self._topics["odometry"].name
-        return KnownSensors(*names, place, source, (None, None))
+        return KnownSensors(*names, place.pose, place.source)
 
     def _warn(self, sentence: str) -> None:
         self.node.get_logger().warning(sentence)
@@ -210,13 +200,13 @@ class LiveNode(ABC):
         for what, topic in self._topics.items():
             if self.health.silence(what) > _SILENT_AFTER:
                 topic.look()
-            elif self._schedule.is_due(what):
+            elif self._schedule.is_due(what, _LOOK_EVERY):
                 self._report_left_out(what, topic)
         if time.monotonic() - self._started > _PATIENCE:
             for what, consequence in self.without.items():
                 self._watch_topic(what, consequence)
         self._look_at_transforms()
-        dropped = sum(self.worker.inbox.dropped.values())
+        dropped = sum(self.worker.dropped.values())
         if dropped > self._dropped_reported:
             self._dropped_reported = dropped
             self.faults.report(
@@ -226,34 +216,19 @@ class LiveNode(ABC):
             )
 
     def _report_left_out(self, what: str, topic: TypedTopic) -> None:
-        if others := topic.left_out:
-            self.faults.report(
-                f"other {what}",
-                f"Messages on {topic.name} of another type, {', '.join(others)}, are left out: publish one "
-                "type on a topic.",
-            )
-        else:
-            self.faults.end(f"other {what}", f"All messages on {topic.name} are of one type again.")
+        others = topic.left_out
+        finding = Finding("messages_of_other_type", topic=topic.name, types=", ".join(others))
+        ended = f"All messages on {topic.name} are of one type again."
+        self.faults.judge(bool(others), finding, ended, key=f"other {what}")
 
     def judge_turns(self, model: TurnModel) -> None:
         """Report a gyroscope that contradicts the scans, as one in degrees does."""
-        if sentence := model.contradiction:
-            remedy = model.remedy.replace("with --no-imu", "by remapping imu")
-            self.faults.report("gyroscope", f"{sentence} {remedy}")
-        else:
-            self.faults.end("gyroscope", "The gyroscope agrees with the scans.")
+        finding = Finding("gyroscope_contradicts", contradiction=model.contradiction, remedy=model.remedy)
+        self.faults.judge(model.is_contradicted, finding, "The gyroscope agrees with the scans.")
 
     def judge_odometry(self, odometry: FrozenOdometry) -> None:
         """Report odometry that repeats one pose while the car drives, as long as it does."""
-        if odometry.hangs:
-            self.faults.report(
-                "odometry_hangs",
-                "The odometry repeats one pose while the scans move on: it is ignored until that changes. "
-                "If the robot is carried, no action is needed; otherwise find out why the odometry's driver "
-                "hangs.",
-            )
-        else:
-            self.faults.end("odometry_hangs", "The odometry moves again.")
+        self.faults.judge(odometry.hangs, Finding("odometry_hangs"), "The odometry moves again.")
 
     def _look_at_transforms(self) -> None:
         if self._transforms is None:
@@ -283,20 +258,14 @@ class LiveNode(ABC):
     def _watch_topic(self, what: str, consequence: str) -> None:
         name, strange = self._topics[what].name, self._topics[what].strange
         silence = self.health.silence(what)
-        if strange and silence > _SILENT_AFTER:
-            self.faults.report(
-                f"no_{what}",
-                f"The messages on {name} are of a type that is not supported: {', '.join(strange)}.",
-            )
+        if strange:
+            finding = Finding("messages_of_strange_type", topic=name, types=", ".join(strange))
         elif silence == float("inf"):
-            self.faults.report(
-                f"no_{what}",
-                f"Nothing has arrived on {name} yet: is the driver running, and is the name right?",
-            )
-        elif silence > _SILENT_AFTER:
-            self.faults.report(f"no_{what}", f"Nothing arrives on {name} any more: {consequence}.")
+            finding = Finding("no_messages", topic=name)
         else:
-            self.faults.end(f"no_{what}", f"Messages arrive on {name}.")
+            finding = Finding("messages_stopped", topic=name, consequence=consequence)
+        ended = f"Messages arrive on {name}."
+        self.faults.judge(silence > _SILENT_AFTER, finding, ended, key=f"no_{what}")
 
     def _report(self) -> None:
         latency = {f"latency {name} (ms)": value for name, value in self.health.latency_ms().items()}

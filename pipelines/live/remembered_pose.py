@@ -2,22 +2,20 @@
 
 import hashlib
 import time
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, ValidationError
+from pydantic import AfterValidator, ConfigDict, Field, ValidationError
 
-from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.text_files import read_text
 from racecar.pipelines.files.lenient import Lenient
 from racecar.pipelines.files.report import write_json
-from racecar.pipelines.live.intake.laser_place import LaserPlace
+from racecar.pipelines.live.intake.laser_place import LaserPlace, Square, Vector
 
 _LONGEST_BRIDGE = 3600.0
 """Seconds over which the odometry is believed to have gone on counting: by judgement."""
@@ -35,46 +33,33 @@ _DRIFT = 0.05
 
 _MOST_BYTES = 100_000
 """Of the file, since what is written takes a hundredth."""
-_FARTHEST = 1e7
-"""Metres or radians, since that is a quarter of the earth's circumference."""
-
-_Number = Annotated[float, Field(ge=-_FARTHEST, le=_FARTHEST)]
-_Place = tuple[_Number, _Number, _Number]
-_Row = tuple[_Number, _Number, _Number, _Number]
 
 
-class _KeptLaser(Lenient):
-    base_frame: str
-    laser_frame: str
-    base_from_laser: tuple[_Row, _Row, _Row, _Row]
+def _is_covariance(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    if not np.all(np.linalg.eigvalsh((matrix + matrix.T) / 2) >= 0.0):
+        raise ValueError("it has negative variances")
+    return matrix
 
 
-class _Kept(Lenient):
-    """The file."""
+class RememberedPose(Lenient):
+    """A pose, and what the odometry said at the same time; the file of it."""
 
-    map_from_base: _Place
-    covariance: tuple[_Place, _Place, _Place]
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    map_from_base: Vector
+    covariance: Annotated[Square, AfterValidator(_is_covariance)]
     odometry_stamp: Annotated[int, Field(ge=-(2**63), lt=2**63)] | None = None
-    odom_from_base: _Place | None = None
-    laser: _KeptLaser | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class RememberedPose:
-    """A pose, and what the odometry said at the same time."""
-
-    map_from_base: Pose
-    covariance: NDArray[np.float64]
-    odometry_stamp: int | None
     """Nanoseconds, of the message's header; None where there was no odometry."""
-    odom_from_base: Pose
-    laser: LaserPlace | None
+    odom_from_base: Vector | None = None
+    laser: LaserPlace | None = None
     """Where it sat."""
 
     def carried_to(self, stamp: int, odom_from_base: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
         """The pose (3,) and covariance (3, 3) now, by odometry that went on counting, or None."""
-        if self.odometry_stamp is None or self._has_begun_anew(odom_from_base):
+        if self.odometry_stamp is None or self.odom_from_base is None:
             return None
+        if _is_at_begin(odom_from_base) and not _is_at_begin(self.odom_from_base):
+            return None  # it has begun anew
         seconds = (stamp - self.odometry_stamp) * 1e-9
         step = between(self.odom_from_base, odom_from_base)
         distance = float(np.hypot(step[0], step[1]))
@@ -88,10 +73,6 @@ class RememberedPose:
         """The pose (3,) and covariance (3, 3) of a car that was left where it was."""
         return self.map_from_base, self.covariance + np.diag(np.square(_LEFT_WITHIN))
 
-    def _has_begun_anew(self, odom_from_base: Pose) -> bool:
-        """Whether the odometry is where it begins to count, and was not when the pose was remembered."""
-        return _is_at_begin(odom_from_base) and not _is_at_begin(self.odom_from_base)
-
 
 class PoseMemory:
     """A file per map; without a folder nothing is kept."""
@@ -101,48 +82,23 @@ class PoseMemory:
         digest.update(repr((grid.resolution, grid.map_from_grid.tolist())).encode())
         self.path = folder / f"pose-{digest.hexdigest()[:16]}.json"
 
-    def save(
-        self,
-        estimate: PoseEstimate,
-        odometry_stamp: int | None,
-        odom_from_base: Pose,
-        laser: LaserPlace | None,
-    ) -> None:
+    def save(self, pose: RememberedPose) -> None:
         """Replace what was remembered. Raises UserError when the place cannot be written to."""
-        write_json(
-            self.path,
-            {
-                "stamp": estimate.stamp,
-                "map_from_base": estimate.map_from_base,
-                "covariance": estimate.covariance,
-                "odometry_stamp": odometry_stamp,
-                "odom_from_base": odom_from_base,
-                "laser": None if laser is None else asdict(laser),
-            },
-        )
+        write_json(self.path, pose.model_dump())
 
     def load(self) -> RememberedPose | None:
         """What was remembered for this map, or None. Raises UserError when it is damaged."""
         if not self.path.is_file():
             return None
         try:
-            kept = _Kept.model_validate_json(read_text(self.path, _MOST_BYTES))
+            pose = RememberedPose.model_validate_json(read_text(self.path, _MOST_BYTES))
         except ValidationError as error:
-            raise self._damaged() from error
-        covariance = np.array(kept.covariance)
-        if not _is_covariance(covariance):
-            raise self._damaged()
-        stamp, odom_from_base = kept.odometry_stamp, kept.odom_from_base
-        is_whole = stamp is not None and odom_from_base is not None
-        if not is_whole or self.path.stat().st_mtime < _computer_began():  # odometry began then, too
-            stamp, odom_from_base = None, (0.0, 0.0, 0.0)
-        laser = None if kept.laser is None else LaserPlace.from_fields(kept.laser.model_dump())
-        return RememberedPose(
-            np.array(kept.map_from_base), covariance, stamp, np.array(odom_from_base), laser
-        )
-
-    def _damaged(self) -> UserError:
-        return UserError(f"{self.path} holds no remembered pose; remove it, or give the start yourself.")
+            raise UserError(
+                f"{self.path} holds no remembered pose; remove it, or give the start yourself."
+            ) from error
+        if pose.odom_from_base is None or self.path.stat().st_mtime < _computer_began():
+            return pose.model_copy(update={"odometry_stamp": None})  # odometry began then, too
+        return pose
 
 
 def _is_at_begin(odom_from_base: Pose) -> bool:
@@ -153,7 +109,3 @@ def _is_at_begin(odom_from_base: Pose) -> bool:
 def _computer_began() -> float:
     """Seconds since the epoch, when this computer was switched on."""
     return time.time() - time.clock_gettime(time.CLOCK_BOOTTIME)
-
-
-def _is_covariance(matrix: NDArray[np.float64]) -> bool:
-    return bool(np.all(np.linalg.eigvalsh((matrix + matrix.T) / 2) >= 0.0))

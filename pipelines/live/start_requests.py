@@ -19,8 +19,8 @@ from racecar.pipelines.live.ros.messages import start_pose
 from racecar.pipelines.live.ros.parameters import declare_settings
 from racecar.pipelines.live.work.worker import Worker
 
-START_WORK = {"place": 4}
-"""The kind of work for the worker, and how much of it may wait: a person clicks no faster."""
+_MOST_WAITING = 4
+"""Requests, since a person clicks no faster."""
 
 
 class _Clicks(Settings):
@@ -68,7 +68,7 @@ class StartRequests:
 
     def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64] | None) -> None:
         """Let the worker do so."""
-        self._worker.inbox.put("place", partial(self.start_from, map_from_base, covariance))
+        self._worker.put("place", partial(self.start_from, map_from_base, covariance), _MOST_WAITING)
 
     def _on_initial_pose(self, message: Any) -> None:
         def work() -> None:
@@ -78,7 +78,7 @@ class StartRequests:
                 self._inform("The initial pose's covariance cannot be one: the settings' own is taken.")
             self.start_from(pose, covariance)
 
-        self._worker.inbox.put("place", work)
+        self._worker.put("place", work, _MOST_WAITING)
 
     def _on_clicked_point(self, message: Any) -> None:
         def work() -> None:
@@ -87,14 +87,14 @@ class StartRequests:
             self._known_localizer().set_position(point, self._clicked_radius)
             self._inform(f"Searching for the car near ({point[0]:.2f}, {point[1]:.2f}).")
 
-        self._worker.inbox.put("place", work)
+        self._worker.put("place", work, _MOST_WAITING)
 
     def _on_global(self, _request: Any, response: Any) -> Any:
         def work() -> None:
             self._known_localizer().scatter()
             self._inform("Searching for the car on the whole map.")
 
-        self._worker.inbox.put("place", work)
+        self._worker.put("place", work, _MOST_WAITING)
         return response
 
     def _known_localizer(self) -> Localizer:

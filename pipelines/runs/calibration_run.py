@@ -5,18 +5,14 @@ from collections.abc import Callable
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.check import BagCheck, check_bag
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.runs.learned_corrections import KnownSensors, learned_corrections
 from racecar.pipelines.runs.progress import progress_bar
 from racecar.sensors.corrections import Corrections
 from racecar.sensors.findings import Finding
 from racecar.sensors.motion.lag import NOTICEABLE
 from racecar.sensors.motion.turn_fusion import MAX_SCALE_ERROR, TurnModel
-from racecar.sensors.self_calibration.self_calibration import SelfCalibration, SelfCalibrator
+from racecar.sensors.self_calibration.learned_corrections import KnownSensors, learned_corrections
+from racecar.sensors.self_calibration.self_calibration import MOST, SelfCalibration, SelfCalibrator
 from racecar.sensors.self_calibration.turn_agreement import USUAL_LAG
-
-_MOST_MESSAGES = 20_000
-"""Of the beginning, so that of a recording that stands still some minutes are read and not all of it."""
 
 
 def calibrate(reader: BagReader, *, quiet: bool) -> list[Finding]:
@@ -34,7 +30,7 @@ def calibrate(reader: BagReader, *, quiet: bool) -> list[Finding]:
         is_upside_down=reader.laser_is_upside_down,
         is_alone=len(reader.scan_topics) == 1,
     )
-    with progress_bar("Looking at the sensors", _MOST_MESSAGES, quiet=quiet) as advance_to:
+    with progress_bar("Looking at the sensors", MOST, quiet=quiet) as advance_to:
         calibrator = SelfCalibrator(asks_wheels=known.odom_topic is not None)
         learned = _learn(reader, calibrator, known, advance_to)
     corrections = learned_corrections(learned, known)
@@ -59,13 +55,9 @@ def _learn(
 ) -> SelfCalibration:
     try:
         for number, message in enumerate(reader, start=1):
-            feed(message, calibrator)
-            if not calibrator.is_done and number < _MOST_MESSAGES:
-                advance_to(number)
-                continue
-            learned = calibrator.estimate(known.recorded_lag)
-            if number >= _MOST_MESSAGES or not calibrator.wants_more(learned):
+            if (learned := calibrator.learn(message, known.recorded_lag)) is not None:
                 return learned
+            advance_to(number)
     except UserError:  # not one scan is usable, which whoever reads the bag next will say
         return SelfCalibration()
     return calibrator.estimate(known.recorded_lag)

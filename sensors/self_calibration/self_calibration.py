@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scaled_bearings import with_bearings_scaled
 from racecar.sensors.scan import Scan
@@ -27,6 +28,8 @@ _MAX_SCANS = 2000
 _ENOUGH_TURN, _ENOUGH_DISTANCE = 3.0, 3.0
 """Radians, either way, and metres of path that may suffice if no fault is suspected. Chosen by judgement:
 half of what finding faults needs."""
+MOST = 20_000
+"""Most measurements looked at, so that of a recording that stands still only some minutes are."""
 _MAX_LEVEL = 8
 """Factor by which both may grow while a question is open. Chosen by judgement: a minute or two."""
 
@@ -59,7 +62,22 @@ class SelfCalibrator:
         self._odometry: list[Odometry] = []
         self._yaw_rates: list[YawRate] = []
         self._first: Scan | None = None
-        self._level = 1
+        self._level, self._taken = 1, 0
+
+    def learn(self, item: Measurement, expected_lag: int = 0) -> SelfCalibration | None:
+        """Take a measurement; what all so far prove, see `estimate`, once they are enough or more would not
+        help."""
+        if isinstance(item, Scan):
+            self.add_scan(item)
+        elif isinstance(item, Odometry):
+            self.add_odometry(item)
+        else:
+            self.add_yaw_rate(item)
+        self._taken += 1
+        if not self._is_done and self._taken < MOST:
+            return None
+        learned = self.estimate(expected_lag)
+        return None if self._taken < MOST and self._wants_more(learned) else learned
 
     def add_odometry(self, odometry: Odometry) -> None:
         """Add a wheel odometry sample."""
@@ -79,7 +97,7 @@ class SelfCalibrator:
             self._tracker.add(scan)
 
     @property
-    def is_done(self) -> bool:
+    def _is_done(self) -> bool:
         """Whether the scans so far suffice, or more would not help."""
         tracker = self._tracker
         if self._first is not None and not (self._asks_order or self._asks_wheels or self._yaw_rates):
@@ -90,7 +108,7 @@ class SelfCalibrator:
             and tracker.distance > self._level * _ENOUGH_DISTANCE
         )
 
-    def wants_more(self, learned: SelfCalibration) -> bool:
+    def _wants_more(self, learned: SelfCalibration) -> bool:
         """Whether to read more of the recording: something in ``learned`` is open, or little data suggests a
         fault."""
         is_first, self._level = self._level == 1, 2 * self._level

@@ -7,9 +7,6 @@ from typing import Any
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.pipelines.live.work.worker import Worker
 
-VERDICT_WORK = {"verdict": 1}
-"""The kind of work for the worker, and how much of it may wait."""
-
 _EVERY = 60.0
 """Seconds between two judgements: by judgement, as a map of some metres more is hardly a better one."""
 _LEAST_REST = 100.0
@@ -44,7 +41,7 @@ class MapVerdict:
             return
         self._due = float("inf")
         judge = quality()
-        self._worker.inbox.put("verdict", lambda: self._judge(judge))
+        self._worker.put("verdict", lambda: self._judge(judge))
 
     def _judge(self, judge: Callable[[], MapQuality]) -> None:
         began = time.monotonic()

@@ -1,24 +1,27 @@
 """What both nodes show to people: the map, the path driven, and the page in the browser."""
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Path as PathMessage
 
-from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.pipelines.live.display.clicks import ClickedGoals, ClickedPlaces
+from racecar.pipelines.live.display.clicks import Clicks
 from racecar.pipelines.live.ros.bulk_messages import path_bytes
 from racecar.pipelines.live.ros.messages import grid_message
 from racecar.pipelines.live.ros.qos import LATCHED, is_heard
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
+from racecar.sensors.scan import Scan
 
 if TYPE_CHECKING:
     from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
+_PATH_EVERY = 1.0
+"""Seconds: by judgement."""
 _SPACING = 0.05
 """Metres between poses of a path: finer than a line is drawn, by judgement."""
 _MOST = 4000
@@ -28,45 +31,38 @@ _MOST = 4000
 class NodeDisplay:
     """Publishes what is due and looked at, and fills the page in the browser; other threads do the work."""
 
-    last_words: ClassVar[str]
-    """For the page, when the node ends."""
-
     def __init__(
         self,
         node: Any,
         map_frame: str,
         worker: Worker,
         view: "WatchScreen | None",
-        periods: Mapping[str, float],
         *,
         publishes_map: bool,
         tells_places: bool,
     ) -> None:
-        """``periods``: seconds by kind of work, ``path`` among them; ``publishes_map``: unless it is somebody
-        else who does; ``tells_places``: whether clicks may say where the car is."""
+        """``publishes_map``: unless it is somebody else who does; ``tells_places``: whether clicks may say
+        where the car is."""
         self._node, self._map_frame, self._worker, self._view = node, map_frame, worker, view
-        self._path, self._schedule = DrivenPath(), Schedule(periods)
+        self._path, self._schedule = DrivenPath(), Schedule()
         self._path_topic = node.create_publisher(PathMessage, "path", LATCHED)
         self._map_topic = (
             node.create_publisher(OccupancyGridMessage, "map", LATCHED) if publishes_map else None
         )
-        self._clicks: list[ClickedGoals | ClickedPlaces] = []
         if view is not None:
-            goals = ClickedGoals(node, map_frame)
-            places = ClickedPlaces(node, map_frame) if tells_places else None
-            view.connect(goals.send, None if places is None else places.send)
-            self._clicks = [goals, *([] if places is None else [places])]
+            self._clicks = Clicks(node, map_frame, tells_places=tells_places)
+            view.connect(self._clicks.send_goal, self._clicks.send_place if tells_places else None)
 
     def tell(self, words: str) -> None:
         """How the node is, in Markdown, for the page."""
         if self._view is not None:
             self._view.tell(words)
 
-    def end(self) -> None:
+    def end(self, last_words: str) -> None:
         """Send nothing any more that is clicked on the page."""
-        for clicks in self._clicks:
-            clicks.close()
-        self.tell(self.last_words)
+        if self._view is not None:
+            self._clicks.close()
+        self.tell(last_words)
 
     def show_map(self, grid: OccupancyGrid, stamp: Any = None) -> None:
         """The map from now on, of now unless it has a stamp."""
@@ -79,11 +75,29 @@ class NodeDisplay:
     def _show_path(self, stamp: Any, map_from_base: Pose) -> None:
         """The path goes on to a pose (3,)."""
         self._path.add(map_from_base)
-        if self._schedule.is_due("path") and is_heard(self._path_topic):
-            self._worker.inbox.put("path", lambda: self._publish_path(stamp))
+        if self._is_wanted(self._path_topic, _PATH_EVERY):
+            self._publish(self._path_topic, lambda: path_bytes(stamp, self._map_frame, self._path.poses))
 
-    def _publish_path(self, stamp: Any) -> None:
-        self._path_topic.publish(path_bytes(stamp, self._map_frame, self._path.poses))
+    def _is_wanted(self, topic: Any, period: float) -> bool:
+        """Whether a message is due, once in so many seconds, and anybody listens."""
+        return self._schedule.is_due(topic.topic_name, period) and is_heard(topic)
+
+    def _publish(self, topic: Any, message: Callable[[], Any]) -> None:
+        """Let the worker make a message."""
+        self._worker.put(topic.topic_name, lambda: topic.publish(message()))
+
+    def _show_in_browser(
+        self, period: float, scan: Scan, map_from_base: Pose, particles: Callable[[], Pose] | None = None
+    ) -> None:
+        view = self._view
+        if view is None or not self._schedule.is_due("view", period):
+            return
+
+        def show() -> None:
+            points = transform_points(map_from_base, scan.points_in_base())
+            view.show(map_from_base, points, self._path.poses, None if particles is None else particles())
+
+        self._worker.put("view", show)
 
 
 class DrivenPath:

@@ -10,9 +10,16 @@ from racecar.sensors.findings import Finding
 class ClockFaults(ClockReports):
     """Reports what a `TopicClock` finds."""
 
-    def __init__(self, what: str, faults: Faults, other: str = "scans") -> None:
-        """``what`` the messages are, and those of the ``other`` clock, in the plural."""
-        self._what, self._faults, self._other = what, faults, other
+    def __init__(
+        self,
+        what: str,
+        faults: Faults,
+        other: str = "scans",
+        is_other_wrong: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """``what`` the messages are, and those of the ``other`` clock, in the plural; ``is_other_wrong``:
+        whether the other is to blame where the two disagree."""
+        self._what, self._faults, self._other, self._is_other_wrong = what, faults, other, is_other_wrong
 
     def jumped(self, seconds: float) -> None:
         """A clock was set."""
@@ -26,30 +33,15 @@ class ClockFaults(ClockReports):
 
     def stood_still(self, is_still: bool) -> None:
         """The driver does not stamp its messages, or has stopped doing so."""
-        key = f"{self._what}_stamps"
-        if is_still:
-            self._faults.find(Finding("stamps_show_no_time", what=self._what), key=key)
-        else:
-            self._faults.end(key, f"The stamps of the {self._what} show the time again.")
+        finding = Finding("stamps_show_no_time", what=self._what)
+        ended = f"The stamps of the {self._what} show the time again."
+        self._faults.judge(is_still, finding, ended, key=f"{self._what}_stamps")
 
     def disagreed(self, seconds: float) -> None:
         """The clock is another than that of the others."""
+        what, other = self._what, self._other
+        if self._is_other_wrong():
+            what, other, seconds = other, what, -seconds
         side, apart = "behind" if seconds > 0 else "ahead of", abs(seconds)
-        finding = Finding("clocks_disagree", what=self._what, seconds=apart, side=side, other=self._other)
-        self._faults.find(finding, key=f"{self._what}_offset", lasting=False)
-
-
-class OdometryClockFaults(ClockFaults):
-    """Names the scans' clock where that is the wrong one of the two."""
-
-    def __init__(self, faults: Faults, scans_are_wrong: Callable[[], bool]) -> None:
-        super().__init__("odometry", faults)
-        self._of_scans = ClockFaults("scans", faults, other="odometry")
-        self._scans_are_wrong = scans_are_wrong
-
-    def disagreed(self, seconds: float) -> None:
-        """The odometry was behind the scans, or these ahead of it."""
-        if self._scans_are_wrong():
-            self._of_scans.disagreed(-seconds)
-        else:
-            super().disagreed(seconds)
+        finding = Finding("clocks_disagree", what=what, seconds=apart, side=side, other=other)
+        self._faults.find(finding, key=f"{what}_offset", lasting=False)

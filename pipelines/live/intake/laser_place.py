@@ -1,28 +1,41 @@
 """Where a laser sits on the car; nodes remember it, as ``/tf_static`` may take seconds to come."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BeforeValidator, ConfigDict, PlainSerializer
+from pydantic.dataclasses import dataclass
+
+_FARTHEST = 1e7
+"""Metres or radians, since that is a quarter of the earth's circumference."""
 
 
-@dataclass(frozen=True, eq=False)
+def _array_of(*shape: int) -> Callable[[Any], NDArray[np.float64]]:
+    def read(value: Any) -> NDArray[np.float64]:
+        try:
+            array = np.array(value, dtype=np.float64)
+        except TypeError as error:
+            raise ValueError("these are no numbers") from error
+        if array.shape != shape or not (np.abs(array) <= _FARTHEST).all():
+            raise ValueError(f"these are not {shape} numbers of a car's surroundings")
+        return array
+
+    return read
+
+
+_AS_LISTS = PlainSerializer(lambda array: array.tolist())
+Vector = Annotated[NDArray[np.float64], BeforeValidator(_array_of(3)), _AS_LISTS]
+Square = Annotated[NDArray[np.float64], BeforeValidator(_array_of(3, 3)), _AS_LISTS]
+Transform = Annotated[NDArray[np.float64], BeforeValidator(_array_of(4, 4)), _AS_LISTS]
+"""(3,), (3, 3) and (4, 4), as files hold them."""
+
+
+@dataclass(frozen=True, eq=False, config=ConfigDict(arbitrary_types_allowed=True))
 class LaserPlace:
     """A laser's place, by the names of the frames."""
 
     base_frame: str
     laser_frame: str
-    base_from_laser: NDArray[np.float64]
-    """(4, 4)"""
-
-    @classmethod
-    def from_fields(cls, fields: object) -> "LaserPlace | None":
-        """From a mapping read from a file; None where it does not hold the place of a laser."""
-        try:
-            names = (str(fields["base_frame"]), str(fields["laser_frame"]))  # type: ignore[index]
-            matrix = np.array(fields["base_from_laser"], dtype=np.float64)  # type: ignore[index]
-        except (TypeError, KeyError, ValueError):
-            return None
-        if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
-            return None
-        return cls(*names, matrix)
+    base_from_laser: Transform

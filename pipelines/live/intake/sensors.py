@@ -7,18 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from racecar.maps.geometry.se2 import IDENTITY, Pose
-from racecar.pipelines.bags.car_frames import CarFrames, in_words
-from racecar.pipelines.bags.converters.framed_scans import of_laser
+from racecar.maps.geometry.se2 import Pose
+from racecar.pipelines.bags.car_frames import CarFrames
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
-    SCAN_CONVERTERS,
     SINGLE_ECHOES,
     YAW_RATE_CONVERTERS,
     Converter,
 )
-from racecar.pipelines.bags.converters.scan_reading import ScanSetup
 from racecar.pipelines.bags.converters.transforms import FrameLinks, SensorPlace
 from racecar.pipelines.bags.messages import (
     TRANSFORMS,
@@ -29,10 +26,10 @@ from racecar.pipelines.bags.messages import (
 )
 from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
 from racecar.pipelines.bags.repeated_scans import RepeatedScans
-from racecar.pipelines.live.intake.clock_faults import ClockFaults, OdometryClockFaults
+from racecar.pipelines.live.intake.clock_faults import ClockFaults
 from racecar.pipelines.live.intake.first_messages import Arrived
+from racecar.pipelines.live.intake.laser import ASSUMED, REMEMBERED, Laser, sweep
 from racecar.pipelines.live.intake.laser_place import LaserPlace
-from racecar.pipelines.live.intake.scan_readings import ScanReadings
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.sensors.clocks.topic_clock import ClockReports, SteadyClock, TopicClock
 from racecar.sensors.config import SensorConfig
@@ -41,11 +38,6 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 from racecar.sensors.yaw_rate import YawRate
 
-_ASSUMED = "assumed identity"
-_REMEMBERED = "the last run"
-_LONGEST_SWEEP = 0.25
-"""Seconds; beam times that make a sweep longer are not believed, as the slowest scanners with such times turn
-five times a second."""
 _MOVING_SPEED = 0.05
 """m/s or rad/s above which the car moves: by judgement."""
 _MOVING_MESSAGES = 40
@@ -53,9 +45,6 @@ _MOVING_MESSAGES = 40
 _NEAR = 0.25
 """Share of what the clocks of scans and odometry are apart: if the odometry's is so near to that of this
 computer, it is the scans' that is wrong. By judgement, since messages take time to come."""
-_LATE_TRANSFORM = 1.0
-"""Seconds for which a transform may come later than the first scan, as DDS finds publishers one after the
-other, before that is reported: by judgement."""
 _MENDED = (
     "empty_scans",
     "scans_beyond_one_turn",
@@ -83,35 +72,30 @@ class Sensors:
     ) -> None:
         """``laser_pose`` (3,) overrides transforms; ``integrate_twist``: only odometry's speeds count;
         ``aside`` lets another thread do some work; ``config`` says what of the readings counts."""
-        self._base_frame = base_frame
-        self._faults = faults
+        self._base_frame, self._faults, self._aside = base_frame, faults, aside
         self._config = config or SensorConfig()
         links = FrameLinks(takes_mended=True)
         self.frames = CarFrames(laser_pose, "the parameter laser_pose", base_frame, links)
         """Of the car, as they are published."""
-        self._readings = ScanReadings(faults, aside)
-        self._known_versions = (0, 0)
-        self._lasers: dict[str, SensorPlace | None] = {}
-        self._unplaced: dict[str, float] = {}
+        self._known_version = 0
+        self._lasers: dict[str, Laser] = {}
+        """By frame, in the order in which they were heard."""
         self._remembered: LaserPlace | None = None
-        self._scan_converters: dict[tuple[str, str], Converter[Scan]] = {}
-        self._scan_counts: Counter[str] = Counter()
-        self._odometry_counts: Counter[str] = Counter()
         self._repeats, self._spikes = RepeatedScans(), OdometrySpikes()
         self._integrate_twist = integrate_twist
-        self._odometry_converters: dict[str, Converter[Odometry]] = {}
         self._clock = SteadyClock(time.time_ns() - time.monotonic_ns())
-        self._scan_clocks: dict[str, TopicClock] = {}
-        self._odometry_clock = TopicClock(
-            self._clock,
-            OdometryClockFaults(faults, lambda: any(map(self._ahead_by_fault, list(self._scan_clocks)))),
+        reports = ClockFaults(
+            "odometry", faults, is_other_wrong=lambda: any(map(self._ahead_by_fault, list(self._lasers)))
         )
+        self._odometry_clock = TopicClock(self._clock, reports)
         self._odometry_ahead = 0
         self._judged: dict[str, tuple[int, int]] = {}
         self._imu_clock = TopicClock(self._clock, ClockFaults("IMU's messages", faults))
-        self._imu_counts: Counter[str] = Counter()
         self._imu_version = -1
+        self._odometry_converters: dict[str, Converter[Odometry]] = {}
         self._imu_converters: dict[tuple[str, str], Converter[YawRate]] = {}
+        self._counts: Counter[str] = Counter()
+        """Of what is mended; each is told of once."""
         self._mended: set[str] = set()
         self._known_correction = 0
         self._standing: Pose | None = None
@@ -121,20 +105,21 @@ class Sensors:
     @property
     def place(self) -> LaserPlace | None:
         """Where the first laser sits, once that is known."""
-        frame, placed = next(iter(self._lasers.items()), ("", None))
-        return None if placed is None else LaserPlace(placed.base_frame, frame, placed.base_from_sensor)
+        first = self._first
+        if first is None or first.placed is None:
+            return None
+        return LaserPlace(first.placed.base_frame, first.frame, first.placed.base_from_sensor)
 
     @property
-    def base_from_laser(self) -> tuple[Pose, str]:
-        """The place (3,) of the first laser, and where that is known from."""
-        placed = next(iter(self._lasers.values()), None)
-        return (IDENTITY, _ASSUMED) if placed is None else (placed.pose, placed.source)
+    def first_place(self) -> SensorPlace:
+        """The place of the first laser, assumed where none is known."""
+        first = self._first
+        return ASSUMED if first is None or first.placed is None else first.placed
 
     @property
     def base_frame(self) -> str:
         """The frame whose pose is estimated."""
-        placed = next((each for each in self._lasers.values() if each is not None), None)
-        return self._base_frame if placed is None else placed.base_frame
+        return next((each.base_frame for each in self._places if each is not None), self._base_frame)
 
     @property
     def scan_frames(self) -> list[str]:
@@ -144,12 +129,20 @@ class Sensors:
     @property
     def rests_on_tf(self) -> bool:
         """Whether it is told on a topic of links that may move where a laser sits."""
-        return any(each is not None and each.source == "tf" for each in list(self._lasers.values()))
+        return any(each is not None and each.source == "tf" for each in self._places)
 
     @property
     def misses_place(self) -> bool:
         """Whether scans come from a laser whose place is not known from this run."""
-        return any(each is None or not each.is_sure for each in list(self._lasers.values()))
+        return any(each is None or not each.is_sure for each in self._places)
+
+    @property
+    def _first(self) -> Laser | None:
+        return next(iter(self._lasers.values()), None)
+
+    @property
+    def _places(self) -> list[SensorPlace | None]:
+        return [laser.placed for laser in list(self._lasers.values())]
 
     def remember_place(self, place: LaserPlace) -> None:
         """Where a laser sat when another run ended; it counts until transforms come, which may take
@@ -164,7 +157,7 @@ class Sensors:
     def knows_place(self, scan_message: Any) -> bool:
         """Whether it is known where the laser of a message sits, so that its scans need no assumption."""
         placed = self._placed(frame_name(scan_message.header.frame_id))
-        return placed is not None and (placed.is_sure or placed.source == _REMEMBERED)
+        return placed is not None and (placed.is_sure or placed.source == REMEMBERED)
 
     def was_corrected(self) -> bool:
         """Whether the odometry's stamps turned out to be wrong since the last call, and were corrected."""
@@ -174,14 +167,15 @@ class Sensors:
     @property
     def odometry_behind(self) -> float:
         """Seconds by which the odometry's headers are behind those of the scans, as far as was noticed."""
-        scans = next(iter(self._scan_clocks.values()), None)
-        return 0.0 if scans is None else (self._odometry_clock.behind - scans.behind) * 1e-9
+        first = self._first
+        return 0.0 if first is None else (self._odometry_clock.behind - first.clock.behind) * 1e-9
 
     def clock_error(self, message: Any) -> int:
         """Nanoseconds by which the header of a scan is ahead, as far as its clock is known to be the wrong
         one: it disagrees with the odometry's, and that agrees with this computer's."""
         frame = frame_name(message.header.frame_id)
-        return self._ahead_by_fault(frame) if nanoseconds(message.header.stamp) else 0
+        is_stamped = bool(nanoseconds(message.header.stamp))
+        return self._ahead_by_fault(frame) if is_stamped and frame in self._lasers else 0
 
     def compare_clocks(self, messages: Iterable[Arrived]) -> bool:
         """Find out from the first messages how the clocks of scans and odometry disagree, so that all of them
@@ -196,9 +190,9 @@ class Sensors:
                 self._odometry_ahead = _ahead(header, arrival)
             elif first_frame in (None, frame := frame_name(message.header.frame_id)):
                 first_frame = frame
-                scans.steady(header, arrival, _sweep(message))
+                scans.steady(header, arrival, sweep(message))
         if first_frame is not None and _is_right(self._odometry_ahead, odometry.correction):
-            self._scan_clock(first_frame).correct(-odometry.correction)
+            self._laser(first_frame).clock.correct(-odometry.correction)
         elif odometry.correction:
             self._odometry_clock.correct(odometry.correction)
         return bool(odometry.correction) or odometry.agrees
@@ -213,24 +207,17 @@ class Sensors:
         for is_scan, message, _ in messages:
             if is_scan and (single_echo := SINGLE_ECHOES.get(type_name(message))) is not None:
                 scans.setdefault(frame_name(message.header.frame_id), []).append(single_echo(message))
-        return all(self._readings.learn_first(frame, of_frame) for frame, of_frame in scans.items())
+        return all(self._laser(frame).learn_first(of_frame) for frame, of_frame in scans.items())
 
     def scan(self, message: Any, arrival: int) -> Scan | None:
         """The scan of a message that arrived at a time (nanoseconds); None where it is to be left out."""
-        frame = frame_name(message.header.frame_id)
-        single_echo = SINGLE_ECHOES.get(type_name(message))
-        if single_echo is not None:
-            self._readings.take(frame, arrival, lambda: single_echo(message))
-        clock = self._scan_clock(frame)
-        stamp = clock.steady(nanoseconds(message.header.stamp), arrival, _sweep(message))
+        laser = self._laser(frame_name(message.header.frame_id))
+        stamp, beams_changed = laser.stamp(message, arrival), self._counts["changed_beam_counts"]
         if stamp is None:
             return None
-        beams_changed = self._scan_counts["changed_beam_counts"]
-        scan = self._of_laser(message, self._scan_converter(message).convert(message, stamp))
-        if self._unplaced:
-            self._report_unplaced()
-        self._report_mended(self._scan_counts)
-        if scan is not None and self._scan_counts["changed_beam_counts"] > beams_changed:
+        scan = laser.scan(message, stamp, self._counts, self._base_frame)
+        self._report_mended()
+        if scan is not None and self._counts["changed_beam_counts"] > beams_changed:
             self._faults.find(Finding("beams_changed", beams=len(scan.ranges)), lasting=False)
         if scan is None or np.isnan(scan.ranges).all():
             self._faults.find(Finding("scans_without_readings"), key="blind")
@@ -247,11 +234,15 @@ class Sensors:
         stamp = self._odometry_clock.steady(header, arrival)
         if stamp is None:
             return None
-        sample = self._odometry_converter(message).convert(message, stamp)
+        kind = type_name(message)
+        if kind not in self._odometry_converters:
+            new_converter = ODOMETRY_CONVERTERS[kind]
+            self._odometry_converters[kind] = new_converter(self._integrate_twist, self._counts)
+        sample = self._odometry_converters[kind].convert(message, stamp)
+        finding, ended = Finding("poses_not_numbers"), "The odometry holds poses again."
+        self._faults.judge(sample is None, finding, ended)
         if sample is None:
-            self._faults.find(Finding("poses_not_numbers"))
             return None
-        self._faults.end("poses_not_numbers", "The odometry holds poses again.")
         if self._spikes.is_spike(sample):
             self._faults.find(Finding("samples_jump_away"), lasting=False)
             return None
@@ -264,22 +255,20 @@ class Sensors:
         """The sample of an IMU's message that arrived at a time (nanoseconds); None where it holds none."""
         stamp = self._imu_clock.steady(nanoseconds(message.header.stamp), arrival)
         sample = None if stamp is None else self._imu_converter(message).convert(message, stamp)
-        self._report_mended(self._imu_counts)
+        self._report_mended()
         return sample
 
-    def _report_mended(self, counts: Counter[str]) -> None:
+    def _report_mended(self) -> None:
         """Name once what of the messages is left out or replaced."""
         for name in _MENDED:
-            if name not in self._mended and counts[name]:
+            if name not in self._mended and self._counts[name]:
                 self._mended.add(name)
-                self._faults.find(Finding(name, count=counts[name]), lasting=False)
+                self._faults.find(Finding(name, count=self._counts[name]), lasting=False)
 
     def _is_repeat(self, scan: Scan) -> bool:
         is_repeat = self._repeats.is_repeat(scan)
-        if self._repeats.is_stuck:
-            self._faults.find(Finding("scans_repeat"))
-        else:
-            self._faults.end("scans_repeat", "The scans show something new again.")
+        ended = "The scans show something new again."
+        self._faults.judge(self._repeats.is_stuck, Finding("scans_repeat"), ended)
         return is_repeat
 
     def _imu_converter(self, message: Any) -> Converter[YawRate]:
@@ -290,79 +279,24 @@ class Sensors:
         kind, frame = key = type_name(message), frame_name(message.header.frame_id)
         if key not in self._imu_converters:
             base_from_imu = self.frames.between(self.base_frame, frame)
-            self._imu_converters[key] = YAW_RATE_CONVERTERS[kind](base_from_imu, self._imu_counts)
+            self._imu_converters[key] = YAW_RATE_CONVERTERS[kind](base_from_imu, self._counts)
         return self._imu_converters[key]
 
-    def _scan_converter(self, message: Any) -> Converter[Scan]:
-        """Of the message's type and of the laser's frame, which may differ from scan to scan."""
-        versions = self.frames.version, self._readings.version
-        if self._known_versions != versions:
-            if self._known_versions[1] != versions[1]:
-                self._scan_converters.clear()
-            self._known_versions = versions
-            self._place_anew()
-        key = type_name(message), frame_name(message.header.frame_id)
-        if key not in self._scan_converters:
-            if key[1] not in self._lasers:
-                self._lasers[key[1]] = self._placed(key[1])
-                if self._lasers[key[1]] is None:
-                    self._unplaced[key[1]] = time.monotonic()
-                else:
-                    self._report_place(key[1])
-            self._scan_converters[key] = self._new_scan_converter(*key)
-        return self._scan_converters[key]
-
-    def _place_anew(self) -> None:
-        """Links have come: the lasers that sit elsewhere now are read anew."""
-        for frame, before in self._lasers.items():
-            placed = self._placed(frame)
-            if not _is_same(placed, before):
-                self._lasers[frame] = placed
-                self._report_move(frame, before, placed)
-                self._unplaced.pop(frame, None)
-                self._report_place(frame)
-                for key in [key for key in self._scan_converters if key[1] == frame]:
-                    del self._scan_converters[key]
-
-    def _report_move(self, frame: str, before: SensorPlace | None, placed: SensorPlace | None) -> None:
-        """Say that a transform which was known by now was changed."""
-        if before is None or placed is None or not before.is_sure or before.base_frame != placed.base_frame:
-            return
-        if not np.array_equal(before.base_from_sensor, placed.base_from_sensor):
-            self._faults.find(
-                Finding(
-                    "laser_moved",
-                    laser=frame,
-                    place=in_words(placed.pose),
-                    base=placed.base_frame,
-                    before=in_words(before.pose),
-                ),
-                key=f"{frame} moved",
-                lasting=False,
-            )
-
-    def _of_laser(self, message: Any, scan: Scan | None) -> Scan | None:
-        if scan is None:
-            return None
-        return of_laser(scan, self.scan_frames.index(frame_name(message.header.frame_id)))
-
-    def _odometry_converter(self, message: Any) -> Converter[Odometry]:
-        kind = type_name(message)
-        if kind not in self._odometry_converters:
-            new_converter = ODOMETRY_CONVERTERS[kind]
-            self._odometry_converters[kind] = new_converter(self._integrate_twist, self._odometry_counts)
-        return self._odometry_converters[kind]
-
-    def _new_scan_converter(self, message_type: str, frame: str) -> Converter[Scan]:
-        placed = self._lasers[frame]
-        setup = ScanSetup(
-            SensorPlace(np.eye(4), _ASSUMED) if placed is None else placed,
-            longest_sweep=_LONGEST_SWEEP,
-            points_are_in_base=placed is not None and frame == placed.base_frame,
-            reading=self._readings.reading(frame),
-            config=self._config,
-        )
-        return SCAN_CONVERTERS[message_type](setup, self._scan_counts)
+    def _laser(self, frame: str) -> Laser:
+        """Of a frame, which may differ from scan to scan; the clock of the first one is the drive's."""
+        if frame not in self._lasers:
+            is_first = not self._lasers
+            what, other = ("scans", "odometry") if is_first else (f"scans of {frame}", "scans")
+            reports = ClockFaults(what, self._faults, other)
+            clock = TopicClock(self._clock, reports, is_reference=is_first)
+            laser = Laser(frame, len(self._lasers), clock, self._config, self._faults, self._aside)
+            laser.place_at(self._placed(frame), self._base_frame)
+            self._lasers[frame] = laser
+        if self._known_version != self.frames.version:
+            self._known_version = self.frames.version
+            for laser in self._lasers.values():
+                laser.place_at(self._placed(laser.frame), self._base_frame)
+        return self._lasers[frame]
 
     def _placed(self, frame: str) -> SensorPlace | None:
         placed, last = self.frames.placed(frame), self._remembered
@@ -370,26 +304,7 @@ class Sensors:
             return placed
         if last is None or last.laser_frame != frame:
             return None
-        return SensorPlace(last.base_from_laser, _REMEMBERED, last.base_frame)
-
-    def _report_unplaced(self) -> None:
-        now = time.monotonic()
-        for frame in [frame for frame, since in self._unplaced.items() if now - since > _LATE_TRANSFORM]:
-            del self._unplaced[frame]
-            self._report_place(frame)
-
-    def _report_place(self, frame: str) -> None:
-        placed, name = self._lasers[frame], f"place of {frame}"
-        if placed is None:
-            told = [Finding("no_transform", laser=frame or "the laser", base=self._base_frame)]
-        elif placed.source == _REMEMBERED:
-            told = [Finding("no_transform_yet", laser=frame, base=placed.base_frame)]
-        else:
-            told = list(placed.findings)
-        if told:
-            self._faults.find(*told, key=name)
-        elif placed is not None:
-            self._faults.end(name, f"The place of {frame} is known now, from {placed.source}.")
+        return SensorPlace(last.base_from_laser, REMEMBERED, last.base_frame)
 
     def _watch_poses(self, message: Any) -> None:
         """Some drivers fill the speeds only."""
@@ -404,35 +319,15 @@ class Sensors:
             if self._moving_messages == _MOVING_MESSAGES:
                 self._faults.find(Finding("poses_stand"))
 
-    def _scan_clock(self, frame: str) -> TopicClock:
-        """Of a laser, which may have a clock of its own; the first one's is that of the drive."""
-        if frame not in self._scan_clocks:
-            is_first = not self._scan_clocks
-            what, other = ("scans", "odometry") if is_first else (f"scans of {frame}", "scans")
-            self._scan_clocks[frame] = TopicClock(
-                self._clock, ClockFaults(what, self._faults, other), is_reference=is_first
-            )
-        return self._scan_clocks[frame]
-
     def _ahead_by_fault(self, frame: str) -> int:
         """Nanoseconds by which a laser's clock is ahead of the odometry's, if it is the wrong one; judged
         when they are compared, since messages may be late at other times."""
-        ahead = self._odometry_clock.behind - self._scan_clock(frame).behind
+        ahead = self._odometry_clock.behind - self._lasers[frame].clock.behind
         judged, fault = self._judged.get(frame, (0, 0))
         if ahead != judged:
             fault = ahead if _is_right(self._odometry_ahead, ahead) else 0
             self._judged[frame] = ahead, fault
         return fault
-
-
-def _is_same(placed: SensorPlace | None, before: SensorPlace | None) -> bool:
-    if placed is None or before is None:
-        return placed is before
-    return (
-        (placed.base_frame, placed.source) == (before.base_frame, before.source)
-        and placed.findings == before.findings
-        and np.array_equal(placed.base_from_sensor, before.base_from_sensor)
-    )
 
 
 def _ahead(header: int, arrival: int) -> int:
@@ -443,9 +338,3 @@ def _ahead(header: int, arrival: int) -> int:
 def _is_right(ahead: int, disagreement: int) -> bool:
     """Whether a clock so much ahead of this computer's is the right one of two that disagree."""
     return abs(ahead) < _NEAR * abs(disagreement)
-
-
-def _sweep(message: Any) -> int:
-    """Nanoseconds from the stamp of a scan's message to its last beam, as far as it says."""
-    seconds = getattr(message, "time_increment", 0.0) * (len(getattr(message, "ranges", ())) - 1)
-    return round(seconds * 1e9) if 0.0 < seconds <= _LONGEST_SWEEP else 0

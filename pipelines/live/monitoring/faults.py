@@ -19,7 +19,12 @@ _LOGGED_EVERY = 0.2
 """Seconds between two lines of the log about the same fault, so that bad messages do not flood it."""
 
 
-_PLACE = "the parameter laser_pose"
+_PARAMETERS = {
+    "--laser-pose X Y YAW": "the parameter laser_pose",
+    "--laser-pose": "the parameter laser_pose",
+    "with --no-imu": "by remapping imu",
+}
+"""By the words for flags, in this order."""
 _LONGEST_WORD = 200
 """Characters of a name in a sentence: more than any frame or path that a person chose, by judgement."""
 
@@ -67,8 +72,16 @@ class Faults:
         """The same of findings, under a ``key`` or the name of the first; what a flag gives offline, live a
         parameter does."""
         words = " ".join(finding.sentence for finding in findings)
-        words = words.replace("--laser-pose X Y YAW", _PLACE).replace("--laser-pose", _PLACE)
+        for flag, parameter in _PARAMETERS.items():
+            words = words.replace(flag, parameter)
         self.report(key or findings[0].name, words, lasting=lasting)
+
+    def judge(self, is_wrong: bool, finding: Finding, ended: str, key: str = "") -> None:
+        """Report a finding as long as it holds, and with a sentence that it has ended."""
+        if is_wrong:
+            self.find(finding, key=key)
+        else:
+            self.end(key or finding.name, ended)
 
     def report_failure(self, error: Exception) -> None:
         """A callback or a piece of work has failed, and the node goes on; logged once for each place in the

@@ -4,18 +4,18 @@ The file begins with a line that names its format and grows by a record at a tim
 stands before is read, and what comes later is written there.
 """
 
-import json
 import struct
 import time
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from os.path import realpath
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.sensors.cloud import Cloud
@@ -26,6 +26,7 @@ from racecar.sensors.yaw_rate import YawRate
 
 _RESUMED_WITHIN = 3600.0
 """Seconds after which a log is no longer of the drive that goes on now."""
+_PLACE = TypeAdapter(LaserPlace)
 _FORMAT = b"racecar drive log 1\n"
 _HEAD = struct.Struct("<cII")
 """Of a record: its kind, how many bytes follow, and their checksum, with the kind to begin with."""
@@ -107,8 +108,7 @@ class DriveLog:
         elif isinstance(entry, YawRate):
             self._write(b"Y", _YAW_RATE.pack(entry.stamp, entry.rate))
         elif isinstance(entry, LaserPlace):
-            fields = {**asdict(entry), "base_from_laser": entry.base_from_laser.tolist()}
-            place = json.dumps(fields).encode()
+            place = _PLACE.dump_json(entry)
             if place != self._place:
                 self._write(b"P", place)
                 self._place = place
@@ -161,7 +161,7 @@ def _read(kind: bytes, content: bytes, beams: dict[int, list[NDArray[np.float64]
     if kind == b"Y":
         return YawRate(*_YAW_RATE.unpack(content))
     if kind == b"P":
-        return LaserPlace.from_fields(json.loads(content))
+        return _PLACE.validate_json(content)
     if kind == b"A":
         return AnotherDrive()
     laser, count = _BEAMS.unpack_from(content)

@@ -1,21 +1,19 @@
 """Work that is done again and again, each kind once in its period."""
 
 import time
-from collections.abc import Mapping
 
 
 class Schedule:
     """Says when which work is due; all of it is at the start."""
 
-    def __init__(self, periods: Mapping[str, float]) -> None:
-        """``periods``: seconds, by kind of work."""
-        self._periods = periods
-        self._due = dict.fromkeys(periods, 0.0)
+    def __init__(self) -> None:
+        self._due: dict[str, float] = {}
 
-    def is_due(self, work: str) -> bool:
-        """Whether it is time for a kind of work; then it is taken to be done now."""
+    def is_due(self, work: str, period: float) -> bool:
+        """Whether it is time for a kind of work; then it is taken to be done now, and due in so many seconds
+        again."""
         now = time.monotonic()
-        if now < self._due[work]:
+        if now < self._due.get(work, 0.0):
             return False
-        self._due[work] = now + self._periods[work]
+        self._due[work] = now + period
         return True

@@ -100,8 +100,8 @@ class Bus:
 
     def dismiss(self, worker: Worker, seconds: float | None = None) -> bool:
         """Do the rest of it."""
-        worker.inbox.close()
-        while (work := worker.inbox.get()) is not None:
+        worker._is_closed = True
+        while (work := worker._next()) is not None:
             worker.attempt(work)
         self._workers = [each for each in self._workers if each is not worker]
         return True
@@ -116,11 +116,11 @@ class Bus:
 
     def _work(self) -> bool:
         """Whether there was any."""
-        waiting = [each for each in self._workers if any(each.inbox._waiting.values())]
+        waiting = [each for each in self._workers if any(each._waiting.values())]
         if self.are_workers_held_up or not waiting:
             return False
         for worker in waiting:
-            work = worker.inbox.get()
+            work = worker._next()
             assert work is not None
             worker.attempt(work)
         return True

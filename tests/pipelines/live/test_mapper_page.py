@@ -71,14 +71,14 @@ def test_a_worker_that_is_busy_in_a_silence_is_not_taken_to_drop_messages(
     for _ in range(3):
         mapper.watch()
     stage.bus.are_workers_held_up = False
-    assert not mapper.worker.inbox.dropped
+    assert not mapper.worker.dropped
     assert "too_fast" not in mapper.faults.counts
 
 
 def test_what_is_clicked_while_the_node_ends_is_not_sent(
     stage: PageStage, caplog: pytest.LogCaptureFixture
 ) -> None:
-    stage.live._display.end()
+    stage.live._display.end("The drive is over.")
     stage.click(np.array([0.0, 0.0]))
     stage.await_words("Nothing is sent any more")
     assert not caplog.messages

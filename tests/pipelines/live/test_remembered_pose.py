@@ -1,11 +1,11 @@
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
@@ -16,22 +16,15 @@ GRID = OccupancyGrid(np.zeros((5, 5), np.int8), 0.1, np.zeros(3))
 SECOND = 1_000_000_000
 
 
-def estimate() -> PoseEstimate:
-    return PoseEstimate(
-        stamp=5,
-        map_from_base=np.array([1.0, 2.0, 0.5]),
-        covariance=np.diag([0.01, 0.02, 0.003]),
-        cluster_weight=1.0,
-        effective_sample_size=100.0,
-        particle_count=100,
-        is_start=False,
-        lost_probability=0.0,
-    )
+def pose(**fields: Any) -> RememberedPose:
+    usual = {"map_from_base": [1.0, 2.0, 0.5], "covariance": np.diag([0.01, 0.02, 0.003])}
+    odometry = {"odometry_stamp": 100 * SECOND, "odom_from_base": [7.0, 8.0, -0.2]}
+    return RememberedPose.model_validate({**usual, **odometry, **fields})
 
 
 def remembered(tmp_path: Path) -> RememberedPose:
     memory = PoseMemory(tmp_path, GRID)
-    memory.save(estimate(), 100 * SECOND, np.array([7.0, 8.0, -0.2]), None)
+    memory.save(pose())
     return loaded(memory)
 
 
@@ -48,14 +41,15 @@ def test_a_pose_is_remembered_for_its_map_only(tmp_path: Path) -> None:
 
 def test_what_was_saved_last_comes_back_to_the_bit(tmp_path: Path) -> None:
     memory = PoseMemory(tmp_path, GRID)
-    pose, covariance = np.array([1.25, -3.5, 0.1 + 0.2]), np.diag([0.01, 0.02, 1e-5])
+    place, covariance = np.array([1.25, -3.5, 0.1 + 0.2]), np.diag([0.01, 0.02, 1e-5])
     for share in (0.0, 1.0):  # the second replaces the first
-        saved = replace(estimate(), map_from_base=share * pose, covariance=covariance)
-        memory.save(saved, 10**18 + 1, share * pose, None)
+        known = {"map_from_base": share * place, "odom_from_base": share * place, "covariance": covariance}
+        memory.save(pose(odometry_stamp=10**18 + 1, **known))
     found = loaded(memory)
-    assert found.map_from_base.tobytes() == pose.tobytes()
+    assert found.odom_from_base is not None
+    assert found.map_from_base.tobytes() == place.tobytes()
     assert found.covariance.tobytes() == covariance.tobytes()
-    assert (found.odometry_stamp, found.odom_from_base.tobytes()) == (10**18 + 1, pose.tobytes())
+    assert (found.odometry_stamp, found.odom_from_base.tobytes()) == (10**18 + 1, place.tobytes())
     assert [path.name for path in tmp_path.iterdir()] == [memory.path.name]
 
 
@@ -82,7 +76,7 @@ def test_where_the_laser_sits_is_remembered(tmp_path: Path) -> None:
     assert remembered(tmp_path).laser is None
     memory = PoseMemory(tmp_path, GRID)
     place = np.eye(4) + 0.1
-    memory.save(estimate(), 5, np.zeros(3), LaserPlace("base_link", "laser", place))
+    memory.save(pose(laser=LaserPlace("base_link", "laser", place)))
     found = loaded(memory)
     assert found.laser is not None
     assert (found.laser.base_frame, found.laser.laser_frame) == ("base_link", "laser")
@@ -117,7 +111,7 @@ def test_odometry_that_counts_from_its_begin_again_tells_nothing(tmp_path: Path)
 
 def test_odometry_that_still_is_at_its_begin_went_on(tmp_path: Path) -> None:
     memory = PoseMemory(tmp_path, GRID)
-    memory.save(estimate(), 100 * SECOND, np.array([0.1, 0.0, 0.0]), None)
+    memory.save(pose(odom_from_base=[0.1, 0.0, 0.0]))
     found = loaded(memory)
     assert found.carried_to(110 * SECOND, np.zeros(3)) is not None
 

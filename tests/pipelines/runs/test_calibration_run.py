@@ -11,11 +11,11 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.commands.cli import run
 from racecar.pipelines.runs.calibration_run import calibrate
-from racecar.pipelines.runs.learned_corrections import KnownSensors, learned_corrections
 from racecar.sensors.corrections import Corrections
 from racecar.sensors.findings import Finding
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
+from racecar.sensors.self_calibration.learned_corrections import KnownSensors, learned_corrections
 from racecar.sensors.self_calibration.mount import MotionReading, MountEstimate
 from racecar.sensors.self_calibration.self_calibration import SelfCalibration
 from racecar.sensors.self_calibration.turn_agreement import TurnAgreement

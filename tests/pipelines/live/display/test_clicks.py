@@ -23,21 +23,21 @@ def node() -> Iterator[Any]:
 
 
 def test_nobody_who_listens_is_told_with_what_to_do(node: Any) -> None:
-    from racecar.pipelines.live.display.clicks import ClickedGoals, ClickedPlaces
+    from racecar.pipelines.live.display.clicks import Clicks
 
     with pytest.raises(UserError) as nobody:
-        ClickedGoals(node, "map").send(GOAL)
+        Clicks(node, "map", tells_places=True).send_goal(GOAL)
     assert str(nobody.value) == (
         "Nobody listens on /fleet/goal; start a navigation or `racecar live simulate`."
     )
     with pytest.raises(UserError, match="Nobody listens on /car2/initialpose"):
-        ClickedPlaces(node, "map").send(Pointed(GOAL[:2], 0.3, 1.0, 0.2))
+        Clicks(node, "map", tells_places=True).send_place(Pointed(GOAL[:2], 0.3, 1.0, 0.2))
 
 
 def test_who_listens_gets_goals_and_places_and_is_named(node: Any) -> None:
     from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped
 
-    from racecar.pipelines.live.display.clicks import ClickedGoals, ClickedPlaces
+    from racecar.pipelines.live.display.clicks import Clicks
     from racecar.pipelines.live.ros.messages import start_pose
 
     goals: list[Any] = []
@@ -46,11 +46,11 @@ def test_who_listens_gets_goals_and_places_and_is_named(node: Any) -> None:
     node.create_subscription(PoseStamped, "/fleet/goal", goals.append, 10)
     node.create_subscription(PoseWithCovarianceStamped, "initialpose", poses.append, 10)
     node.create_subscription(PointStamped, "clicked_point", points.append, 10)
-    goal_sender, place_sender = ClickedGoals(node, "floor"), ClickedPlaces(node, "floor")
-    words = goal_sender.send(GOAL)
+    clicks = Clicks(node, "floor", tells_places=True)
+    words = clicks.send_goal(GOAL)
     assert words == ("The goal x 2.00 m, y -1.00 m, heading 29° went to car2/test_clicks (on /fleet/goal).")
-    place_sender.send(Pointed(GOAL[:2], 0.3, 1.0, 0.2))
-    place_sender.send(Pointed(GOAL[:2], 0.3))
+    clicks.send_place(Pointed(GOAL[:2], 0.3, 1.0, 0.2))
+    clicks.send_place(Pointed(GOAL[:2], 0.3))
     wait_for(lambda: bool(goals and poses and points), lambda: f"{goals} {poses} {points}")
     assert {each[0].header.frame_id for each in (goals, poses, points)} == {"floor"}
     assert goals[0].header.stamp.sec > 0
@@ -62,9 +62,9 @@ def test_who_listens_gets_goals_and_places_and_is_named(node: Any) -> None:
 
 
 def test_a_closed_sender_sends_nothing(node: Any) -> None:
-    from racecar.pipelines.live.display.clicks import ClickedGoals
+    from racecar.pipelines.live.display.clicks import Clicks
 
-    goals = ClickedGoals(node, "map")
-    goals.close()
+    clicks = Clicks(node, "map", tells_places=False)
+    clicks.close()
     with pytest.raises(UserError, match="the node is ending"):
-        goals.send(GOAL)
+        clicks.send_goal(GOAL)

@@ -15,7 +15,7 @@ class LaterWorker:
     """Does what it was given when it is told to."""
 
     def __init__(self) -> None:
-        self.inbox, self.work = self, list[Callable[[], None]]()
+        self.work: list[Callable[[], None]] = []
 
     def put(self, kind: str, work: Callable[[], None]) -> None:
         assert kind == "verdict"

@@ -1,29 +1,20 @@
 """Where a laser sits is remembered in files, and nothing strange in them is believed."""
 
-import json
-from dataclasses import asdict
-
 import numpy as np
 import pytest
+from pydantic import TypeAdapter, ValidationError
 
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 
+PLACES = TypeAdapter(LaserPlace)
 MATRIX = np.diag([1.0, -1.0, -1.0, 1.0])
 """Upside down."""
 
 
-def same(found: LaserPlace | None) -> bool:
-    return (
-        found is not None
-        and (found.base_frame, found.laser_frame) == ("base_link", "laser")
-        and np.array_equal(found.base_from_laser, MATRIX)
-    )
-
-
 def test_comes_back_from_json() -> None:
-    place = LaserPlace("base_link", "laser", MATRIX)
-    fields = {**asdict(place), "base_from_laser": MATRIX.tolist()}
-    assert same(LaserPlace.from_fields(json.loads(json.dumps(fields))))
+    found = PLACES.validate_json(PLACES.dump_json(LaserPlace("base_link", "laser", MATRIX)))
+    assert (found.base_frame, found.laser_frame) == ("base_link", "laser")
+    np.testing.assert_array_equal(found.base_from_laser, MATRIX)
 
 
 @pytest.mark.parametrize(
@@ -38,4 +29,5 @@ def test_comes_back_from_json() -> None:
     ],
 )
 def test_what_is_no_place_is_left(fields: object) -> None:
-    assert LaserPlace.from_fields(fields) is None
+    with pytest.raises(ValidationError):
+        PLACES.validate_python(fields)

@@ -9,14 +9,14 @@ from racecar.pipelines.live.work.schedule import Schedule
 def test_each_kind_of_work_is_due_once_in_its_period(monkeypatch: pytest.MonkeyPatch) -> None:
     now = 100.0
     monkeypatch.setattr(module.time, "monotonic", lambda: now)
-    schedule = Schedule({"map": 2.0, "path": 0.5})
-    assert schedule.is_due("map")
-    assert schedule.is_due("path")
-    assert not schedule.is_due("map")
+    schedule = Schedule()
+    assert schedule.is_due("map", 2.0)
+    assert schedule.is_due("path", 0.5)
+    assert not schedule.is_due("map", 2.0)
     now = 100.6
-    assert schedule.is_due("path")
-    assert not schedule.is_due("map")
+    assert schedule.is_due("path", 0.5)
+    assert not schedule.is_due("map", 2.0)
     now = 101.0
-    assert not schedule.is_due("path")
+    assert not schedule.is_due("path", 0.5)
     now = 102.0
-    assert schedule.is_due("map")
+    assert schedule.is_due("map", 2.0)

@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from racecar.maps.geometry.se2 import Pose
-from racecar.pipelines.bags.car_frames import in_words
 from racecar.sensors.corrections import Corrections
-from racecar.sensors.findings import Finding
+from racecar.sensors.findings import Finding, in_words
 from racecar.sensors.motion.turn_fusion import MAX_SCALE_ERROR
 from racecar.sensors.self_calibration.bearing_scale import BearingScale
 from racecar.sensors.self_calibration.mount import MotionReading, MountEstimate
@@ -47,7 +46,7 @@ class KnownSensors:
     """(3,)"""
     place_source: str
     """Where that is known from."""
-    header_offsets: tuple[int | None, int | None]
+    header_offsets: tuple[int | None, int | None] = (None, None)
     """Nanoseconds that stamps of scans and of odometry are ahead of when they were recorded."""
     is_upside_down: bool = False
     """Whether the laser hangs upside down by its place."""

@@ -4,55 +4,47 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from threading import Lock
 
-from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.live.monitoring.faults import Faults
-from racecar.pipelines.runs.learned_corrections import KnownSensors, learned_corrections
 from racecar.sensors.corrections import NO_CORRECTIONS, Corrector
 from racecar.sensors.findings import Finding
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
+from racecar.sensors.self_calibration.learned_corrections import KnownSensors, learned_corrections
 from racecar.sensors.self_calibration.self_calibration import SelfCalibrator
 from racecar.sensors.self_calibration.turn_agreement import USUAL_LAG
 from racecar.sensors.yaw_rate import YawRate
 
 _BATCH = 100
 """Scans and samples that are handed on at once, about a second of them, since handing on takes time too."""
-_MOST = 20_000
-"""Scans and samples after which what is known must do, as of bags."""
 
 
 class SensorLearning:
-    """Collects what comes, and corrects what follows."""
+    """Between the sensors and a `Mapper` or `Localizer`: collects what comes, and corrects what follows."""
 
     def __init__(
         self,
         known: Callable[[], KnownSensors],
-        faults: Faults,
-        aside: Callable[[Callable[[], None]], None],
+        tell: Callable[[Sequence[Finding]], None] = lambda findings: None,
+        aside: Callable[[Callable[[], None]], None] = lambda work: work(),
         *,
-        moves_laser: bool,
+        moves_laser: bool = True,
     ) -> None:
-        """``known`` says what is known of the sensors otherwise; ``aside`` lets another thread do some work,
-        one piece after the other; without ``moves_laser`` its place stays what it is until the end."""
-        self._known, self._faults, self._aside = known, faults, aside
-        self._moves_laser = moves_laser
+        """``known`` says what is known of the sensors otherwise; each correction is told of by its finding,
+        and what there is to add; ``aside`` lets another thread do some work, one piece after the other;
+        without ``moves_laser`` its place stays what it is until the end."""
+        self._known, self._tell, self._aside, self._moves_laser = known, tell, aside, moves_laser
         # Clocks that are farther apart show by when messages arrive; a turn or two may suggest any lag.
-        self._calibrator = SelfCalibrator(max_lag=USUAL_LAG)
-        self._corrections, self._corrector = NO_CORRECTIONS, Corrector(NO_CORRECTIONS)
+        self._calibrator: SelfCalibrator | None = SelfCalibrator(max_lag=USUAL_LAG)
+        """None once it is over, as it holds thousands of scans."""
+        self._corrector = Corrector(NO_CORRECTIONS)
         self._lock = Lock()
         self._batch: list[Measurement] = []
-        self._collected = 0
-        self._is_over = False
-
-    @property
-    def uses_odometry(self) -> bool:
+        self.uses_odometry = True
         """Whether the odometry is worth reading, as far as known by now."""
-        return self._corrections.uses_odometry
 
     def stop(self) -> None:
         """Learn no more."""
-        self._is_over = True
+        self._calibrator = None
 
     def scan(self, scan: Scan) -> Scan:
         """The scan as it was, as far as known by now."""
@@ -70,7 +62,7 @@ class SensorLearning:
         return self._corrector.yaw_rate(yaw_rate)
 
     def _collect(self, item: Measurement) -> None:
-        if self._is_over:
+        if self._calibrator is None:
             return
         with self._lock:
             self._batch.append(item)
@@ -81,25 +73,18 @@ class SensorLearning:
 
     def _learn(self, batch: Sequence[Measurement]) -> None:
         for item in batch:
-            if self._is_over:
+            calibrator = self._calibrator
+            if calibrator is None:
                 return
-            feed(item, self._calibrator)
-            self._collected += 1
-            if self._calibrator.is_done or self._collected >= _MOST:
-                self._conclude()
-
-    def _conclude(self) -> None:
-        learned = self._calibrator.estimate()
-        if self._collected < _MOST and self._calibrator.wants_more(learned):
-            return
-        self._is_over = True
-        self._calibrator = SelfCalibrator(max_lag=USUAL_LAG)  # the old one holds thousands of scans
-        corrections = learned_corrections(learned, self._known())
-        stays: list[Finding] = []
-        is_moved = corrections.base_from_laser is not None or corrections.is_upside_down
-        if is_moved and not self._moves_laser:
-            corrections = replace(corrections, base_from_laser=None, is_upside_down=False)
-            stays = [Finding("place_stays")]
-        self._corrections, self._corrector = corrections, Corrector(corrections)
-        for number, finding in enumerate(corrections.findings):
-            self._faults.find(finding, *stays, key=f"learned {number}", lasting=False)
+            learned = calibrator.learn(item)
+            if learned is None:
+                continue
+            self._calibrator = None
+            corrections, stays = learned_corrections(learned, self._known()), []
+            is_moved = corrections.base_from_laser is not None or corrections.is_upside_down
+            if is_moved and not self._moves_laser:
+                corrections = replace(corrections, base_from_laser=None, is_upside_down=False)
+                stays = [Finding("place_stays")]
+            self._corrector, self.uses_odometry = Corrector(corrections), corrections.uses_odometry
+            for finding in corrections.findings:
+                self._tell([finding, *stays])
