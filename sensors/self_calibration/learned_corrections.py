@@ -18,11 +18,11 @@ from racecar.sensors.self_calibration.turn_agreement import RIGHT_FACTOR, USUAL_
 from racecar.sensors.self_calibration.wheel_track import WheelSigns
 
 _FAR_CLOCKS = 1_000_000_000
-"""Nanoseconds between the stamps of scans and odometry that were recorded together, from which their clocks
-differ and not their delays, since filters and buses hold back less than a second; by judgement."""
+"""Nanoseconds between the stamps of scans and odometry recorded together, above which their clocks differ and
+not their delays: filters and buses hold back less than a second. Chosen by judgement."""
 _HALF_A_TURN = 0.75 * np.pi
-"""Radians from which a laser seems to be turned by half a turn, which wheels that run backwards look like,
-too; by judgement: halfway from a right angle."""
+"""Radians above which a laser seems to be turned by half a turn, as wheels that run backwards also make it
+look. Chosen by judgement: halfway from a right angle."""
 _ANOTHER_ORIGIN = 86_400_000_000_000
 """Nanoseconds, a day, since no clock that was ever set is off by more."""
 _GYRO_LAG = 60_000_000
@@ -31,7 +31,7 @@ simulated drive."""
 _FOOT = 0.3048
 """Metres, by definition."""
 _OF_A_FOOT = 0.02
-"""Share by which a ratio may miss it, since wheels of a known radius are right to 2 %; by judgement."""
+"""Share by which a ratio may miss it, since wheels of a known radius are right to 2 %. Chosen by judgement."""
 _NOT_TOLD = ("assumed identity", "base frame")
 """Sources of a laser's place that are no more than an assumption."""
 
@@ -55,7 +55,7 @@ class KnownSensors:
 
     @property
     def is_place_told(self) -> bool:
-        """Whether somebody said where the laser sits."""
+        """Whether the laser's place is given or published."""
         return self.place_source not in _NOT_TOLD
 
     @property
@@ -68,7 +68,7 @@ class KnownSensors:
 
 
 def learned_corrections(learned: SelfCalibration, known: KnownSensors) -> Corrections:
-    """How the recording is to be read, by what it proves about itself beside what it says."""
+    """The corrections that the recording needs, from the evidence in its data and from what it states."""
     made = _Made(known)
     if learned.bearing_scale is not None:
         made.scale_bearings(learned.bearing_scale)
@@ -162,12 +162,12 @@ class _Made:
             self._find("clocks_of_other_origins", **numbers)
 
     def check_straight_motion(self, reading: MotionReading | None) -> None:
-        """Of a robot that hardly turned: whether it went where the laser's place, if told, has it look."""
+        """Check that a robot that hardly turned moved in the direction that the laser's given place implies."""
         if reading is not None and self._known.is_place_told and reading.mount.is_clear:
             self._check_yaw(reading.mount)
 
     def read_motion(self, learned: SelfCalibration, *, is_inverted: bool) -> None:
-        """Mend, or name, what makes scans and wheels report different motions."""
+        """Correct or report whatever makes scans and wheels disagree about the motion."""
         reading = learned.reading
         if reading is not None and reading.wheel_signs == WheelSigns.PATH_MIRRORED:
             self._leave_out("odometry_mirrored", topic=self._known.odom_topic)
@@ -210,8 +210,8 @@ class _Made:
         self._find("signs_changed", topic=self._known.odom_topic, what=what, why=why)
 
     def _hangs_otherwise(self, learned: SelfCalibration) -> bool:
-        """Whether a gyroscope, too, turns against the scans, which speaks against a transform that tells
-        the laser's place; a flag decides. Wheels that contradict themselves are no witness."""
+        """Whether a gyroscope, too, turns against the scans, which contradicts a published mount; a place
+        given by a flag is believed. Wheels that contradict themselves are no evidence."""
         reading, gyro = learned.reading, learned.gyro_turns
         if not self._known.is_place_told or self._known.place_source == "flag":
             return False
@@ -259,13 +259,13 @@ class _Made:
             self._leave_out("place_contradicted", **self._told_and_shown(mount.as_mounted()))
 
     def _yields(self, mount: MountEstimate, error: float) -> bool:
-        """Whether a place that is told is off by an ``error`` of its yaw, and not the wheels; a flag
-        decides."""
+        """Whether a published place has a yaw ``error``, rather than the wheels; a place given by a flag
+        is believed."""
         is_flag = self._known.place_source == "flag"
         return mount.cannot_slip and abs(error) < _HALF_A_TURN and self._known.is_alone and not is_flag
 
     def _told_and_shown(self, place: Pose) -> dict[str, Any]:
-        """What is said of the laser's place, and a place (3,) that the motions show."""
+        """The numbers of a finding: the laser's given yaw and the place (3,) that the motions show."""
         known = self._known
         return {
             "told": np.degrees(known.base_from_laser[2]),

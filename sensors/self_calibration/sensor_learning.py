@@ -29,9 +29,9 @@ class SensorLearning:
         *,
         moves_laser: bool = True,
     ) -> None:
-        """``known`` says what is known of the sensors otherwise; each correction is told of by its finding,
-        and what there is to add; ``aside`` lets another thread do some work, one piece after the other;
-        without ``moves_laser`` its place stays what it is until the end."""
+        """``known`` returns what is known about the sensors otherwise. ``tell`` receives the finding of each
+        correction, with what there is to add. ``aside`` runs work in another thread, one piece at a time.
+        Without ``moves_laser`` the laser's place is kept until the end."""
         self._known, self._tell, self._aside, self._moves_laser = known, tell, aside, moves_laser
         # Clocks that are farther apart show by when messages arrive; a turn or two may suggest any lag.
         self._calibrator: SelfCalibrator | None = SelfCalibrator(max_lag=USUAL_LAG)
@@ -40,7 +40,7 @@ class SensorLearning:
         self._lock = Lock()
         self._batch: list[Measurement] = []
         self.uses_odometry = True
-        """Whether the odometry is worth reading, as far as known by now."""
+        """Whether the odometry is good enough to read, as far as known so far."""
 
     def stop(self) -> None:
         """Learn no more."""
