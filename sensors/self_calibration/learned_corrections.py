@@ -31,7 +31,7 @@ simulated drive."""
 _FOOT = 0.3048
 """Metres, by definition."""
 _OF_A_FOOT = 0.02
-"""Share by which a ratio may miss it, since wheels of a known radius are right to 2 %. Chosen by judgement."""
+"""Share by which a ratio may miss it: wheels of a known radius are right to 2 %. Chosen by judgement."""
 _NOT_TOLD = ("assumed identity", "base frame")
 """Sources of a laser's place that are no more than an assumption."""
 
@@ -162,7 +162,7 @@ class _Made:
             self._find("clocks_of_other_origins", **numbers)
 
     def check_straight_motion(self, reading: MotionReading | None) -> None:
-        """Check that a robot that hardly turned moved in the direction that the laser's given place implies."""
+        """Check that a robot that hardly turned moved in the direction that the laser's place implies."""
         if reading is not None and self._known.is_place_told and reading.mount.is_clear:
             self._check_yaw(reading.mount)
 
@@ -210,8 +210,8 @@ class _Made:
         self._find("signs_changed", topic=self._known.odom_topic, what=what, why=why)
 
     def _hangs_otherwise(self, learned: SelfCalibration) -> bool:
-        """Whether a gyroscope, too, turns against the scans, which contradicts a published mount; a place
-        given by a flag is believed. Wheels that contradict themselves are no evidence."""
+        """Whether a gyroscope, too, turns against the scans, which contradicts a published mount; a flag
+        decides. Wheels that contradict themselves are no evidence."""
         reading, gyro = learned.reading, learned.gyro_turns
         if not self._known.is_place_told or self._known.place_source == "flag":
             return False
@@ -259,8 +259,7 @@ class _Made:
             self._leave_out("place_contradicted", **self._told_and_shown(mount.as_mounted()))
 
     def _yields(self, mount: MountEstimate, error: float) -> bool:
-        """Whether a published place has a yaw ``error``, rather than the wheels; a place given by a flag
-        is believed."""
+        """Whether a published place has a yaw ``error``, rather than the wheels; a flag decides."""
         is_flag = self._known.place_source == "flag"
         return mount.cannot_slip and abs(error) < _HALF_A_TURN and self._known.is_alone and not is_flag
 
