@@ -52,7 +52,7 @@ def part_of(part: str, arrays: Mapping[str, NDArray[np.generic]]) -> Arrays:
 def pack(
     rows: Sequence[NDArray[Number]], empty: NDArray[Number]
 ) -> tuple[NDArray[Number], NDArray[np.int64]]:
-    """Concatenate rows (N_k, ...) to (sum of N_k, ...), with lengths (K,); ``empty`` is (0, ...)."""
+    """Concatenated rows (N_k, ...) and their lengths (K,); ``empty`` (0, ...) has their dtype and shape."""
     lengths = np.array([len(row) for row in rows], dtype=np.int64)
     return np.concatenate([empty, *rows]), lengths
 

@@ -63,7 +63,7 @@ class LoopHistory:
         return next(islice(accepted, loops, None), 0)
 
     def frozen(self) -> "LoopHistory":
-        """An immutable snapshot."""
+        """A snapshot that does not grow."""
         hypotheses = [replace(each) for each in self.hypotheses]
         return LoopHistory(self.graph.copy(), hypotheses, dict(self.log))
 
