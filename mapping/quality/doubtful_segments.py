@@ -12,7 +12,7 @@ from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.jumps import MOST_JUMP
 from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.mapping.quality.statistics import MapStatistics
-from racecar.mapping.quality.unseen_ways import MOST_UNSEEN_WAY
+from racecar.mapping.quality.unseen_motion import MOST_UNSEEN
 
 _MOST_OF_A_KIND = 3
 """Reported segments of each kind at most, because nobody reads more."""
@@ -31,7 +31,7 @@ _Weighed = tuple[float, DoubtfulSegment]
 
 def doubtful_segments(map_: FinishedMap, statistics: MapStatistics) -> tuple[DoubtfulSegment, ...]:
     """All segments, heaviest first."""
-    kinds = (_contradictions, _open_stretches, _unseen_ways, _jumps)
+    kinds = (_contradictions, _open_stretches, _unseen_motion, _jumps)
     chosen = [weighed for kind in kinds for weighed in _heaviest(kind(map_, statistics))[:_MOST_OF_A_KIND]]
     return tuple(segment for _, segment in _heaviest(chosen))
 
@@ -72,14 +72,14 @@ def _open_stretches(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_W
             yield metres / _LEAST_OPEN, _segment(map_, why, (first, last))
 
 
-def _unseen_ways(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
+def _unseen_motion(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
     """Steps in which the car seems to stand, but no wall would show motion. They come first, as only the user
     can settle them."""
-    ways = statistics.unseen_ways
-    for k in np.flatnonzero(ways > MOST_UNSEEN_WAY).tolist():
+    metres = statistics.unseen_motion
+    for k in np.flatnonzero(metres > MOST_UNSEEN).tolist():
         run = (k, k + 1)
         why = f"Near {_at(map_, run)}, {_when(map_, run)}, the car may have moved unseen."
-        yield _FIRST + ways[k] / MOST_UNSEEN_WAY, _segment(map_, why, run)
+        yield _FIRST + metres[k] / MOST_UNSEEN, _segment(map_, why, run)
 
 
 def _jumps(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:

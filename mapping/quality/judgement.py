@@ -12,7 +12,7 @@ from racecar.mapping.quality.jumps import MOST_JUMP
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.quality.pass_agreement import agreement_of, near_pairs
 from racecar.mapping.quality.statistics import measure
-from racecar.mapping.quality.unseen_ways import MOST_UNSEEN_WAY
+from racecar.mapping.quality.unseen_motion import MOST_UNSEEN
 
 MOST_UNLIKE = 0.3
 """Share of earlier drives' points that the last one may see through at most places. Measured where half of
@@ -115,7 +115,7 @@ def _doubts(wheel_scale: float, figures: Mapping[str, float]) -> Iterator[str]:
             f"The path jumps by {figures['jump_m']:.1f} m that the car cannot have driven: one side of the "
             "jump lies at a wrong place, as where places look alike."
         )
-    if figures["unseen_way_m"] > MOST_UNSEEN_WAY:
+    if figures["unseen_way_m"] > MOST_UNSEEN:
         yield (
             "Between walls that would not show it moving along them the car seems to have stood, for as long "
             f"as it usually takes to go {figures['unseen_way_m']:.0f} m: if it did not, these are missing in "

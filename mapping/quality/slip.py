@@ -18,7 +18,7 @@ _WINDOW = 10.0
 that does not bend a map. Measured: step by step, honest wheels with 3 % of noise seem wrong by 2 to 3 %, and
 4 of 10 good maps doubtful; over 10 m, none."""
 
-_LEAST_WAY = 1.0
+_LEAST_DRIVEN = 1.0
 """Metres by wheels needed to measure a share. Chosen by judgement: a step or two at the edge of a gap, where
 odometry that begins or ends late covers only a part of the distance."""
 
@@ -28,11 +28,11 @@ def slip_share(edges: GraphEdges, poses: Pose, are_bare: NDArray[np.bool_]) -> f
     those not ending where scans ``are_bare`` (K,). The minimum where these are few."""
     held = np.flatnonzero(_wheel_steps(edges) & ~are_bare[edges.ends[:, 1]])
     held = held[np.argsort(edges.ends[held, 1], kind="stable")]
-    ways, solved = np.hypot(*edges.measured[held, :2].T), between(*poses[edges.ends[held].T])
-    longer = np.clip(np.hypot(*solved[:, :2].T) - ways, -ways, ways)
-    window = (np.cumsum(ways) / _WINDOW).astype(np.int64)
+    driven, solved = np.hypot(*edges.measured[held, :2].T), between(*poses[edges.ends[held].T])
+    longer = np.clip(np.hypot(*solved[:, :2].T) - driven, -driven, driven)
+    window = (np.cumsum(driven) / _WINDOW).astype(np.int64)
     missed = np.abs(np.bincount(window, longer)).sum()
-    return max(float(missed / ways.sum()), _LEAST) if ways.sum() >= _LEAST_WAY else _LEAST
+    return max(float(missed / driven.sum()), _LEAST) if driven.sum() >= _LEAST_DRIVEN else _LEAST
 
 
 def slip_errors(edges: GraphEdges, share: float) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ from racecar.mapping.quality.graph_motion import GraphMotion
 from racecar.mapping.quality.jumps import jumps
 from racecar.mapping.quality.pass_agreement import PassAgreement, PlacePairs, agreement_of, near_pairs
 from racecar.mapping.quality.slip import slip_errors, slip_share
-from racecar.mapping.quality.unseen_ways import unseen_ways
+from racecar.mapping.quality.unseen_motion import unseen_motion
 from racecar.sensors.matching.scan_store import ScanStore
 
 LOCAL_DISTANCE = 10.0
@@ -37,8 +37,8 @@ class MapStatistics:
     """(S, 2) keyframes `LOCAL_DISTANCE` of path apart."""
     open: NDArray[np.float64]
     """(S,) uncertainty between both in metres, including wheel slip."""
-    unseen_ways: NDArray[np.float64]
-    """(K - 1,) metres in each step, see `unseen_ways`."""
+    unseen_motion: NDArray[np.float64]
+    """(K - 1,) metres in each step, see `unseen_motion`."""
     jumps: NDArray[np.float64]
     """(K - 1,) metres in each step, see `jumps`."""
 
@@ -52,7 +52,7 @@ def measure(map_: FinishedMap) -> MapStatistics:
     places = passes.by_places(passes.usual(agreement_of(near, poses, session.keyframes)), path)
     are_bare = weakest_direction(session.keyframes) < _BARE
     beyond = (places.looked_through - places.usual)[places.are_seen]
-    ways, too_far = unseen_ways(map_, edges, are_bare), jumps(map_)
+    unseen, too_far = unseen_motion(map_, edges, are_bare), jumps(map_)
     stretches, any_two = _pairs(path)
     pairs, motion = np.concatenate([stretches, any_two]), GraphMotion(edges, poses)
     slip = slip_share(edges, poses, are_bare)
@@ -69,11 +69,11 @@ def measure(map_: FinishedMap) -> MapStatistics:
         "match_residual_m": float(np.hypot(*matches[:, :2].T).mean()) if len(matches) else math.nan,
         "looked_through_by_passes": float(np.quantile(beyond, _MOST)) if len(beyond) else math.nan,
         "overruled_wheels": map_.overruled_wheels,
-        "unseen_way_m": float(ways.max()),
+        "unseen_way_m": float(unseen.max()),
         "jump_m": float(too_far.max()),
     }
     open_ = np.hypot(spreads[is_local], shifts[is_local])
-    return MapStatistics(figures, passes, places, stretches, open_, ways, too_far)
+    return MapStatistics(figures, passes, places, stretches, open_, unseen, too_far)
 
 
 def _pairs(path: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

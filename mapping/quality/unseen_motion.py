@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.mapping.quality.finished_map import FinishedMap
 
-MOST_UNSEEN_WAY = 1.5
+MOST_UNSEEN = 1.5
 """Metres that a car may move unobserved: three times what a good map may err. Measured: robots that stood in
 corridors would have gone 0.8 m at most, on 93 other good maps 1.1 m."""
 _LEAST_STEP = 0.05
 """Metres from which a step counts for the speed, because turns on the spot have none; chosen by judgement."""
 
 
-def unseen_ways(map_: FinishedMap, edges: GraphEdges, are_bare: NDArray[np.bool_]) -> NDArray[np.float64]:
+def unseen_motion(map_: FinishedMap, edges: GraphEdges, are_bare: NDArray[np.bool_]) -> NDArray[np.float64]:
     """(K - 1,) metres that the car would have driven at its median speed, in excess of the map, in steps
     whose length walls do not show: scans ``are_bare`` (K,) at either end, and no loop closure spans it. If
     the car has wheels, the first step is assumed to be standing."""
@@ -30,8 +30,8 @@ def unseen_ways(map_: FinishedMap, edges: GraphEdges, are_bare: NDArray[np.bool_
     first = int(np.argmax(np.isfinite(map_.seconds[:-1])))
     if (edges.ends[edges.are("odometry"), 1] == first + 1).any():
         are_unobserved[first] = False
-    ways: NDArray[np.float64] = np.where(are_unobserved, np.maximum(speed * seconds - steps, 0.0), 0.0)
-    return ways
+    metres: NDArray[np.float64] = np.where(are_unobserved, np.maximum(speed * seconds - steps, 0.0), 0.0)
+    return metres
 
 
 def _closed_steps(edges: GraphEdges, are_bare: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -9,7 +9,7 @@ from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
-from racecar.mapping.quality.unseen_ways import unseen_ways
+from racecar.mapping.quality.unseen_motion import unseen_motion
 from racecar.maps.geometry.se2 import between
 from tests.mapping.quality.plain_maps import chain, plain_map
 from tests.sensors.worlds import CORRIDOR, ROOM, store_of
@@ -36,7 +36,7 @@ def drive(
 
 def unseen(map_: FinishedMap, are_bare: np.ndarray = BARE) -> list[float]:
     edges = GraphEdges.of(map_.session.constraints, map_.poses)
-    return unseen_ways(map_, edges, are_bare).tolist()
+    return unseen_motion(map_, edges, are_bare).tolist()
 
 
 def verdict(map_: FinishedMap) -> MapQuality:
