@@ -10,8 +10,8 @@ from pathlib import Path
 
 from PIL import Image
 
-from tests.end_to_end.browser import open_browser
-from tests.end_to_end.viewing import pixels_of, viewed
+from tests.end_to_end.viewing import SCREEN, pixels_of, viewed
+from tests.pipelines.studio.chromium import Tab, browser, new_tab
 
 _FIGURES = ("noise-sweep", "autograde")
 _WIDTH = 700
@@ -46,11 +46,11 @@ def show_run(folder: Path) -> None:
     _racecar("simulate", "--map", "building", "--out", "drive.bag", "--seed", 3, "--duration", 40)
     pose = ("--initial-pose", 0, 0, 0)
     _racecar("localize", "drive.bag", "--map", "building", *pose, "--record", "--out", "drive")
-    with viewed(Path("drive")) as address, open_browser() as browser:
-        browser.open(address)
-        browser.wait_until(lambda: pixels_of(browser, Path("view.png")).complete, 90, "the viewer")
+    with viewed(Path("drive")) as address, browser() as chromium, new_tab(chromium, *SCREEN) as tab:
+        tab.goto(address)
+        Tab(tab).wait_for(lambda: pixels_of(tab, Path("view.png")).complete, "the viewer")
         time.sleep(_DRIVING_SECONDS)
-        pixels_of(browser, folder / "view.png")
+        pixels_of(tab, folder / "view.png")
 
 
 def show_experiments(folder: Path) -> None:

@@ -2,13 +2,14 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from tests.end_to_end.browser import open_browser
 from tests.end_to_end.commands import Racecar
+from tests.pipelines.studio.chromium import Tab, new_tab
 
 NAMES = (
     *("sensor-model", "motion-model", "noise-sweep", "convergence"),
@@ -41,22 +42,24 @@ def report(racecar: Racecar, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_all_of_them_are_on_one_page_that_a_browser_shows(report: Path, tmp_path: Path) -> None:
+def test_all_of_them_are_on_one_page_that_a_browser_shows(
+    chromium: Any, report: Path, tmp_path: Path
+) -> None:
     alone = tmp_path / "alone.html"
     alone.write_bytes((report / "report.html").read_bytes())
-    with open_browser(900, 1200) as browser:
-        browser.open(alone.as_uri())
-        browser.wait_until(lambda: browser.ask("document.readyState") == "complete", 60, "the report")
-        assert browser.ask("[...document.images].every(image => image.naturalWidth > 0)") is True
-        assert browser.ask("[...document.querySelectorAll('section')].map(section => section.id)") == list(
+    with new_tab(chromium, 900, 1200) as tab:
+        page = Tab(tab)
+        tab.goto(alone.as_uri())
+        assert tab.evaluate("[...document.images].every(image => image.naturalWidth > 0)") is True
+        assert tab.evaluate("[...document.querySelectorAll('section')].map(section => section.id)") == list(
             NAMES
         )
-        figures = browser.ask("document.images.length")
+        figures = tab.evaluate("document.images.length")
         assert figures == len(list(report.glob("*.svg"))) >= 15
-        assert browser.ask("document.querySelectorAll('figcaption').length") == figures
-        assert browser.ask("document.documentElement.scrollWidth <= window.innerWidth")
-        assert all(address.startswith(("file:", "data:")) for address in browser.requests)
-        browser.screenshot(tmp_path / "report.png")
+        assert tab.evaluate("document.querySelectorAll('figcaption').length") == figures
+        assert tab.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+        assert all(address.startswith(("file:", "data:")) for address in page.requests)
+        tab.screenshot(path=tmp_path / "report.png")
     colors = np.asarray(Image.open(tmp_path / "report.png").convert("RGB")).reshape(-1, 3)
     assert len(np.unique(colors, axis=0)) > 200
 

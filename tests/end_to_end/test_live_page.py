@@ -4,6 +4,7 @@ import re
 import signal
 import subprocess
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from racecar.maps.geometry.se2 import compose
 from racecar.maps.map_files import load_map
 from racecar.pipelines.live.ros.processes import racecar_process
 from tests.pipelines.live.simulated_driver import Driver
-from tests.pipelines.studio.chromium import HEIGHT, WIDTH
+from tests.pipelines.studio.chromium import Tab, new_tab
 
 START = np.array([2.0, 0.0, 0.0])
 """In a corridor of the building."""
@@ -22,57 +23,37 @@ PATIENCE = 120.0
 """Seconds: a browser without graphics keeps both cores busy."""
 
 
-class Tab:
+class NodeTab(Tab):
     """A node's page in a browser."""
 
-    def __init__(self, chromium: Any, log: Path) -> None:
+    def __init__(self, tab: Any, log: Path) -> None:
+        super().__init__(tab)
         self._log = log
-        self.page = chromium.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-        self.page.set_default_timeout(1e3 * PATIENCE)
         self.until(lambda: "Look at http://" in log.read_text(), "the address")
-        self.page.goto(log.read_text().split("Look at ")[1].split()[0])
+        tab.goto(log.read_text().split("Look at ")[1].split()[0])
 
-    def until(self, is_true: Any, what: str) -> None:
-        for _ in range(round(PATIENCE / 0.2)):
-            if is_true():
-                return
-            self.page.wait_for_timeout(200)
-        pytest.fail(f"waited {PATIENCE:.0f} s for {what}: {self.text}; {self._log.read_text()[-2000:]}")
+    def until(self, is_true: Callable[[], Any], what: str) -> None:
+        self.wait_for(is_true, what, lambda: f"{self.text}; {self._log.read_text()[-2000:]}")
 
     def await_words(self, words: str) -> None:
-        self.until(lambda: words in self.text, words)
+        self.until(lambda: self.says(words), words)
 
     @property
     def text(self) -> str:
-        return str(self.page.inner_text("body"))
-
-    @property
-    def tool(self) -> Any:
-        return self.page.get_by_label("Tool", exact=True).first
-
-    def choose(self, tool: str) -> None:
-        self.tool.click()
-        self.page.get_by_role("option", name=tool, exact=True).click()
+        return str(self.tab.inner_text("body"))
 
     def click_the_middle(self) -> bool:
         """Of the map's part of the page."""
-        box = self.page.locator("canvas").first.bounding_box()
-        self.page.mouse.click(box["x"] + box["width"] / 2.0, box["y"] + box["height"] / 2.0)
+        box = self.tab.locator("canvas").first.bounding_box()
+        self.tab.mouse.click(box["x"] + box["width"] / 2.0, box["y"] + box["height"] / 2.0)
         return False
 
 
 @pytest.fixture
-def open_tab(chromium: Any) -> Iterator[Callable[[Path], Tab]]:
+def open_tab(chromium: Any) -> Iterator[Callable[[Path], NodeTab]]:
     """Opens the page of the node that writes a log."""
-    tabs: list[Tab] = []
-
-    def open_tab(log: Path) -> Tab:
-        tabs.append(Tab(chromium, log))
-        return tabs[-1]
-
-    yield open_tab
-    for tab in tabs:
-        tab.page.close()
+    with ExitStack() as tabs:
+        yield lambda log: NodeTab(tabs.enter_context(new_tab(chromium)), log)
 
 
 def end(process: subprocess.Popen[bytes], log: Path) -> None:
@@ -84,7 +65,7 @@ def end(process: subprocess.Popen[bytes], log: Path) -> None:
 
 @pytest.mark.slow
 def test_a_floor_is_discovered_by_clicks_in_a_browser(
-    ros: dict[str, str], open_tab: Callable[[Path], Tab], tmp_path: Path
+    ros: dict[str, str], open_tab: Callable[[Path], NodeTab], tmp_path: Path
 ) -> None:
     from racecar.pipelines.live.ros.run import ros_node, served
 
@@ -102,7 +83,7 @@ def test_a_floor_is_discovered_by_clicks_in_a_browser(
             tab = open_tab(log)
             tab.await_words("keyframe")
             tab.click_the_middle()
-            tab.choose("Send a goal")
+            tab.choose("Tool", "Send a goal")
             tab.await_words("Click where the car shall go")
             assert "went to" not in tab.text
             tab.until(lambda: "went to racecar_simulator" in tab.text or tab.click_the_middle(), "a goal")
@@ -114,17 +95,17 @@ def test_a_floor_is_discovered_by_clicks_in_a_browser(
             true_goal = compose(START, [goal[0], goal[1], np.radians(goal[2])])
             tab.until(lambda: driver.speed == 0.0, "the car to stand")
             assert driver.distance_to(true_goal) < 0.3
-        tab.page.close()
+        tab.tab.close()
         tab = open_tab(log)
         tab.await_words("The car is at the goal.")
-        assert tab.tool.input_value() == "Send a goal"
+        assert tab.list_of("Tool").input_value() == "Send a goal"
         end(mapper, log)
     assert np.count_nonzero(load_map(out).cells == 0) > 1000
 
 
 @pytest.mark.slow
 def test_a_localizer_takes_another_port_and_ends_quietly_while_a_page_is_open(
-    ros: dict[str, str], open_tab: Callable[[Path], Tab], tmp_path: Path
+    ros: dict[str, str], open_tab: Callable[[Path], NodeTab], tmp_path: Path
 ) -> None:
     log = tmp_path / "log"
     log.touch()
@@ -134,7 +115,7 @@ def test_a_localizer_takes_another_port_and_ends_quietly_while_a_page_is_open(
         with racecar_process([*localize, "--view-port", "65535"], ros, log) as second:
             tab = open_tab(log)
             tab.await_words("Nothing has arrived on /scan yet")
-            tab.choose("Send a goal")
+            tab.choose("Tool", "Send a goal")
             tab.await_words("Click where the car shall go")
             tab.until(
                 lambda: "It is not known yet where the car is" in tab.text or tab.click_the_middle(), "words"

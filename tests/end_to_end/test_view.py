@@ -3,16 +3,16 @@
 import signal
 import socket
 from pathlib import Path
+from typing import Any
 
 import pytest
 from rosbags.rosbag2 import Reader
 
-from tests.end_to_end.browser import open_browser
 from tests.end_to_end.commands import Racecar
-from tests.end_to_end.viewing import pixels_of, viewed
+from tests.end_to_end.viewing import SCREEN, pixels_of, viewed
+from tests.pipelines.studio.chromium import Tab, new_tab
 
 TOPICS = {"/map", "/scan", "/odom", "/path", "/pf/pose/odom", "/tf", "/tf_static"}
-START_SECONDS = 90
 
 
 @pytest.fixture(scope="module")
@@ -67,25 +67,28 @@ def test_a_recording_is_a_bag_like_any_other(racecar: Racecar, localized: Path) 
 
 
 @pytest.mark.slow
-def test_a_browser_shows_map_car_scan_and_path(localized: Path, tmp_path: Path) -> None:
-    with viewed(localized) as address, open_browser() as browser:
-        browser.open(address)
-        picture = tmp_path / "view.png"
-        browser.wait_until(
-            lambda: pixels_of(browser, picture).complete, START_SECONDS, "map, path, scan and car"
-        )
+def test_a_browser_shows_map_car_scan_and_path(chromium: Any, localized: Path, tmp_path: Path) -> None:
+    with viewed(localized) as address, new_tab(chromium, *SCREEN) as tab:
+        tab.goto(address)
+        Tab(tab).wait_for(lambda: pixels_of(tab, tmp_path / "view.png").complete, "map, path, scan and car")
 
 
 @pytest.mark.slow
-def test_a_page_whose_server_was_killed_comes_back_with_the_next_one(localized: Path, tmp_path: Path) -> None:
-    picture = tmp_path / "view.png"
-    with open_browser() as browser:
+def test_a_page_whose_server_was_killed_comes_back_with_the_next_one(
+    chromium: Any, localized: Path, tmp_path: Path
+) -> None:
+    with new_tab(chromium, *SCREEN) as tab:
+        page = Tab(tab)
+
+        def is_complete() -> bool:
+            return pixels_of(tab, tmp_path / "view.png").complete
+
         with viewed(localized, ended_by=signal.SIGKILL) as address:
-            browser.open(address)
-            browser.wait_until(lambda: pixels_of(browser, picture).complete, START_SECONDS, "the run")
-        browser.wait_until(lambda: not pixels_of(browser, picture).complete, START_SECONDS, "an empty page")
+            tab.goto(address)
+            page.wait_for(is_complete, "the run")
+        page.wait_for(lambda: not is_complete(), "an empty page")
         with viewed(localized, port=port_of(address)):
-            browser.wait_until(lambda: pixels_of(browser, picture).complete, START_SECONDS, "the run again")
+            page.wait_for(is_complete, "the run again")
 
 
 @pytest.mark.slow

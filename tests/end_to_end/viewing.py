@@ -9,12 +9,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
 
-from tests.end_to_end.browser import Browser
-
+SCREEN = 1400, 900
+"""Pixels of a tab on which the things are as large as people see them."""
 _COLORS = {
     "walls": (27, 31, 36),
     "path": (0, 158, 200),
@@ -37,9 +38,9 @@ class Seen:
         return min(self.counts.values()) > _FEWEST
 
 
-def pixels_of(browser: Browser, path: Path) -> Seen:
-    """What the browser shows, which is written as PNG too."""
-    browser.screenshot(path)
+def pixels_of(tab: Any, path: Path) -> Seen:
+    """What a tab shows, which is written as PNG too."""
+    tab.screenshot(path=path)
     picture = np.asarray(Image.open(path).convert("RGB")).astype(np.int64)
     return Seen(
         {

@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import BytesIO
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -29,14 +28,49 @@ _PATIENCE = 120.0
 """Seconds: on a busy machine a page may take many to load."""
 
 
-class Opened:
-    """A page of the studio in a browser."""
+class Tab:
+    """A page in a browser, whoever serves it."""
 
-    def __init__(self, studio: Page, tab: Any) -> None:
-        self.studio, self.tab = studio, tab
+    def __init__(self, tab: Any) -> None:
+        self.tab = tab
         self.requests: list[str] = []
+        tab.set_default_timeout(1e3 * _PATIENCE)
         tab.on("request", lambda request: self.requests.append(request.url))
         tab.on("websocket", lambda socket: self.requests.append(socket.url))
+
+    def wait_for(self, is_true: Callable[[], Any], what: str, explain: Callable[[], str] = str) -> None:
+        """Ask again and again; fails the test when the time is over, with more words if there are."""
+        end = time.monotonic() + _PATIENCE
+        while time.monotonic() < end:
+            if is_true():
+                return
+            self.tab.wait_for_timeout(100)
+        pytest.fail(f"waited {_PATIENCE:.0f} s for {what} {explain()}")
+
+    def says(self, words: str) -> bool:
+        """Whether some words are to be read on the page."""
+        return words in self.tab.inner_text("body")
+
+    def press(self, name: str) -> None:
+        """Press a button of the side panel."""
+        self.tab.get_by_role("button", name=name, exact=True).click()
+
+    def list_of(self, label: str) -> Any:
+        """A list of the side panel from which one chooses."""
+        return self.tab.get_by_label(label, exact=True).first
+
+    def choose(self, label: str, option: str) -> None:
+        """Choose from a list of the side panel."""
+        self.list_of(label).click()
+        self.tab.get_by_role("option", name=option, exact=True).click()
+
+
+class Opened(Tab):
+    """A page of the studio in a browser."""
+
+    def __init__(self, tab: Any, studio: Page) -> None:
+        super().__init__(tab)
+        self.studio = studio
 
     def load(self) -> None:
         """Open the studio's page, and wait until it has drawn some frames."""
@@ -45,15 +79,6 @@ class Opened:
         self.wait_for(lambda: len(self.studio.server.get_clients()) > before, "the page to connect")
         frame = self.studio.pace.frame
         self.wait_for(lambda: self.studio.pace.frame > frame + 3, "the page to draw")
-
-    def wait_for(self, is_true: Callable[[], Any], what: str) -> None:
-        """Ask again and again; fails the test when the time is over."""
-        end = time.monotonic() + _PATIENCE
-        while time.monotonic() < end:
-            if is_true():
-                return
-            self.tab.wait_for_timeout(100)
-        pytest.fail(f"waited {_PATIENCE:.0f} s for {what}")
 
     def pixels(self) -> NDArray[np.uint8]:
         """(rows, columns, 3) of the part of the page where only the map is."""
@@ -80,14 +105,6 @@ class Opened:
         self.tab.mouse.move(*b, steps=8)
         self.tab.wait_for_timeout(150)
         self.tab.mouse.up()
-
-    def press(self, name: str) -> None:
-        """Press a button of the side panel."""
-        self.tab.get_by_role("button", name=name, exact=True).click()
-
-    def says(self, words: str) -> bool:
-        """Whether some words are to be read on the page."""
-        return words in self.tab.inner_text("body")
 
     @property
     def asked_hosts(self) -> set[str | None]:
@@ -118,18 +135,19 @@ def running(make_screen: Callable[[Page], Screen]) -> Iterator[Page]:
 
 
 @contextmanager
-def opened(chromium: Any, studio: Page) -> Iterator[Opened]:
-    """The studio's page in a tab of its own."""
-    tab = chromium.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+def new_tab(chromium: Any, width: int = WIDTH, height: int = HEIGHT) -> Iterator[Any]:
+    """An empty one, of so many pixels."""
+    tab = chromium.new_page(viewport={"width": width, "height": height})
     try:
-        tab.set_default_timeout(1e3 * _PATIENCE)
-        page = Opened(studio, tab)
-        page.load()
-        yield page
+        yield tab
     finally:
         tab.close()
 
 
-def keep_picture(page: Opened, path: Path) -> None:
-    """Write what is seen as PNG, for people who want to judge it."""
-    page.tab.screenshot(path=path)
+@contextmanager
+def opened(chromium: Any, studio: Page) -> Iterator[Opened]:
+    """The studio's page in a tab of its own."""
+    with new_tab(chromium) as tab:
+        page = Opened(tab, studio)
+        page.load()
+        yield page

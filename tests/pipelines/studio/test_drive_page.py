@@ -42,12 +42,6 @@ def drive(chromium: Any) -> Iterator[Drive]:
         yield made
 
 
-def choose(page: Opened, label: str, option: str) -> None:
-    """Choose from a list of the side panel."""
-    page.tab.get_by_label(label, exact=True).first.click()
-    page.tab.get_by_role("option", name=option, exact=True).click()
-
-
 def send_to_goal(drive: Drive) -> None:
     """Click until the car sets off: on a busy machine a page that has just loaded may miss a click."""
     drive.page.wait_for(lambda: drive.screen.is_underway or drive.page.click(GOAL), "the car to set off")
@@ -67,11 +61,11 @@ def test_a_dragged_pose_makes_the_courses_filter_converge(drive: Drive) -> None:
     screen, page = drive.screen, drive.page
     page.tab.get_by_label("The course's filter, too").click()
     page.wait_for(lambda: (screen.course_error or 9.0) < 0.3, "the course's filter to run")
-    choose(page, "Tool", "Carry the car")
+    page.choose("Tool", "Carry the car")
     page.drag(GOAL, (6.0, 3.5))
     page.wait_for(lambda: (screen.course_error or 0.0) > 2.0, "the car to be carried")
     np.testing.assert_allclose(screen.truth, [*GOAL, -np.pi / 2], atol=0.1)
-    choose(page, "Tool", "Say where the car is")
+    page.choose("Tool", "Say where the car is")
     page.drag(GOAL, (6.0, 3.5))
     page.wait_for(lambda: (screen.course_error or 9.0) < 0.3, "the filter to believe the dragged pose")
 

@@ -55,12 +55,7 @@ def page(chromium: Any, folder: Path) -> Iterator[Opened]:
 
 def in_list(page: Opened, name: str) -> bool:
     """Whether the list of edits shows a name as chosen."""
-    return bool(page.tab.get_by_label("Chosen", exact=True).first.input_value() == name)
-
-
-def choose(page: Opened, kind: str) -> None:
-    page.tab.get_by_label("Kind", exact=True).first.click()
-    page.tab.get_by_role("option", name=kind, exact=True).click()
+    return bool(page.list_of("Chosen").input_value() == name)
 
 
 def draw(page: Opened, corners: list[tuple[float, float]]) -> None:
@@ -78,10 +73,10 @@ def value_at(map: Path, x: float, y: float) -> int:
 @pytest.mark.slow
 def test_an_area_is_drawn_by_clicks_and_saved_with_those_of_a_person(page: Opened, folder: Path) -> None:
     assert value_at(folder, 5.5, 0.0) == 0
-    choose(page, "Unknown")
+    page.choose("Kind", "Unknown")
     draw(page, [*AREA, AREA[0]])
     page.wait_for(lambda: in_list(page, "2: unknown, 4 corners"), "the area to be finished")
-    choose(page, "Keep out")
+    page.choose("Kind", "Keep out")
     draw(page, AREA)
     page.press("Finish the shape")
     page.wait_for(lambda: in_list(page, "3: keep out, 4 corners"), "the second area")
@@ -102,7 +97,7 @@ def test_an_area_is_drawn_by_clicks_and_saved_with_those_of_a_person(page: Opene
 def test_mistakes_are_told_steps_undone_and_all_pages_see_the_same(
     page: Opened, folder: Path, chromium: Any
 ) -> None:
-    choose(page, "Free")
+    page.choose("Kind", "Free")
     draw(page, BOW_TIE)
     page.press("Finish the shape")
     page.wait_for(lambda: page.says("crosses itself near"), "the mistake to be told")
@@ -128,7 +123,7 @@ def test_mistakes_are_told_steps_undone_and_all_pages_see_the_same(
 
 @pytest.mark.slow
 def test_a_corner_is_dragged_and_a_wall_closed(page: Opened, folder: Path) -> None:
-    choose(page, "Wall")
+    page.choose("Kind", "Wall")
     draw(page, [*AREA, AREA[0]])
     page.press("Finish the shape")
     page.wait_for(lambda: in_list(page, "2: wall, 5 corners"), "the wall")

@@ -1,6 +1,7 @@
 """Where pages look, whatever their browsers report."""
 
-import asyncio
+from collections.abc import Coroutine
+from contextlib import suppress
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import MagicMock
@@ -27,18 +28,24 @@ def view(monkeypatch: pytest.MonkeyPatch) -> TopView:
     return view
 
 
+def finish(handler: Coroutine[Any, Any, None]) -> None:
+    """Of what waits for nothing; a loop of events would be in the way of the browser's, which may run."""
+    with suppress(StopIteration):
+        handler.send(None)
+
+
 def a_page(view: TopView) -> Any:
     """The camera of a page that has just come."""
     client = MagicMock(client_id=7)
     camera = client.camera = SimpleNamespace(fov=FIELD_OF_VIEW, client=client, on_update=lambda _: None)
-    asyncio.run(view._meet(client))
+    finish(view._meet(client))
     return camera
 
 
 def report(view: TopView, camera: Any, position: Any, look_at: Any) -> None:
     """The browser says where it looks from."""
     camera.position, camera.look_at = position, look_at
-    asyncio.run(view._keep_upright(camera))
+    finish(view._keep_upright(camera))
 
 
 def test_a_late_report_of_the_first_view_does_not_lead_away_from_the_map(view: TopView) -> None:

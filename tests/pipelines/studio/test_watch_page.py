@@ -176,8 +176,7 @@ def near(picture: np.ndarray, color: tuple[int, int, int]) -> bool:
 
 
 def choose(page: Opened, tool: str) -> None:
-    page.tab.get_by_label("Tool", exact=True).first.click()
-    page.tab.get_by_role("option", name=tool, exact=True).click()
+    page.choose("Tool", tool)
     page.wait_for(
         lambda: page.studio._screen.tool.takes_drag(np.zeros(2)) == (tool != MOVE), "the tool to be chosen"
     )
@@ -213,7 +212,7 @@ def test_goals_are_clicked_and_dragged_on_two_pages_and_come_back_after_one_is_c
             with opened(chromium, studio) as second:
                 second.wait_for(lambda: second.says("1.1 m to the goal."), "the goal on the other page")
                 second.wait_for(lambda: near(second.pixels(), LOOP), "its cross")
-                assert second.tab.get_by_label("Tool", exact=True).first.input_value() == GOAL
+                assert second.list_of("Tool").input_value() == GOAL
         watched.screen.tell("The car is somewhere.")
         with opened(chromium, studio) as page:
             page.wait_for(lambda: page.says("The car is somewhere."), "the state")

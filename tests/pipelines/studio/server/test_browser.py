@@ -98,7 +98,7 @@ def test_it_is_opened_twice_and_reloaded_and_through_a_tunnel(chromium: Any) -> 
         page.tab.reload()
         page.wait_for(lambda: page.says("The node is starting."), "the page after it was reloaded")
         with tunnel(studio.server.get_port()) as port:
-            far = Opened(studio, page.tab)
+            far = Opened(page.tab, studio)
             far.tab.goto(studio.address.replace(str(studio.server.get_port()), str(port)))
             far.wait_for(lambda: far.says("The node is starting."), "the page behind a tunnel")
             page.tab.goto("about:blank")  # before the tunnel ends
