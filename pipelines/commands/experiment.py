@@ -1,7 +1,6 @@
 """``racecar experiment``: a command for each experiment of the catalogue, and one for all of them."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,37 +16,36 @@ from racecar.pipelines.commands.options import (
     OdomTopicOption,
     OutputFolderOption,
     QuietOption,
+    ReadingFlags,
     ScanTopicOption,
     SchedulerOption,
     SeedOption,
-    parse_laser_pose,
 )
 from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.results import where_to_look
 from racecar.pipelines.experiments.catalogue import CATALOGUE, ExperimentEntry, Uses
 
 if TYPE_CHECKING:
-    from racecar.pipelines.experiments.recording import BagRecording
-    from racecar.pipelines.experiments.result import ExperimentSettings
+    from racecar.pipelines.experiments.recording import Recording
 
-ResultFolderOption = Annotated[
+_ResultFolderOption = Annotated[
     OutputFolderOption,
     WritesFolder(lambda flags: ("report.json", "report.html", *(f"{entry.name}.md" for entry in CATALOGUE))),
 ]
-QuickOption = Annotated[
+_QuickOption = Annotated[
     bool,
     typer.Option(
         "--quick", help="Few repetitions: enough to see that everything works, not to draw conclusions."
     ),
 ]
-RecordingOption = Annotated[
+_RecordingOption = Annotated[
     Path | None, typer.Option("--bag", metavar="BAG", help="Also on this recording.", show_default=False)
 ]
-RecordingMapOption = Annotated[
+_RecordingMapOption = Annotated[
     Path | None,
     typer.Option("--map", metavar="MAP", help="The map of the recording's place.", show_default=False),
 ]
-InitialPoseOption = Annotated[
+_InitialPoseOption = Annotated[
     tuple[float, float, float] | None,
     typer.Option(
         "--initial-pose",
@@ -57,7 +55,7 @@ InitialPoseOption = Annotated[
         show_default=False,
     ),
 ]
-EndPoseOption = Annotated[
+_EndPoseOption = Annotated[
     str | None,
     typer.Option(
         "--end-pose",
@@ -66,50 +64,28 @@ EndPoseOption = Annotated[
         show_default=False,
     ),
 ]
-
-
-@dataclass(frozen=True)
-class _Flags:
-    """What the user gave; where a command lacks a flag, its default."""
-
-    out: Path
-    bag: Path | None = None
-    map: Path | None = None
-    initial_pose: tuple[float, float, float] | None = None
-    end_pose: str | None = None
-    scan_topic: list[str] | None = None
-    odom_topic: str | None = None
-    laser_pose: str | None = None
-    quick: bool = False
-    scheduler: str | None = None
-    config: Path | None = None
-    seed: int = 0
-    json: Path | None = None
-    quiet: bool = False
-
-
 _ANY_RECORDING = Uses.RECORDING | Uses.EXTRA_RECORDING
-_FLAGS: tuple[tuple[str, Any, Uses | None], ...] = (
-    ("bag", BagArgument, Uses.RECORDING),
-    ("map", MapOption, Uses.RECORDING),
-    ("out", ResultFolderOption, None),
-    ("bag", RecordingOption, Uses.EXTRA_RECORDING),
-    ("map", RecordingMapOption, Uses.EXTRA_RECORDING),
-    ("initial_pose", InitialPoseOption, _ANY_RECORDING),
-    ("end_pose", EndPoseOption, Uses.END_POSE),
-    ("scan_topic", ScanTopicOption, _ANY_RECORDING),
-    ("odom_topic", OdomTopicOption, _ANY_RECORDING),
-    ("laser_pose", LaserPoseOption, _ANY_RECORDING),
-    ("quick", QuickOption, Uses.REPETITIONS),
-    ("scheduler", SchedulerOption, Uses.REPETITIONS),
-    ("config", ConfigOption, Uses.SETTINGS),
-    ("seed", SeedOption, Uses.SETTINGS),
-    ("json", JsonOption, None),
-    ("quiet", QuietOption, None),
+_REQUIRED = Parameter.empty
+_FLAGS: tuple[tuple[str, Any, Any, Uses | None], ...] = (
+    ("bag", BagArgument, _REQUIRED, Uses.RECORDING),
+    ("map", MapOption, _REQUIRED, Uses.RECORDING),
+    ("out", _ResultFolderOption, _REQUIRED, None),
+    ("bag", _RecordingOption, None, Uses.EXTRA_RECORDING),
+    ("map", _RecordingMapOption, None, Uses.EXTRA_RECORDING),
+    ("initial_pose", _InitialPoseOption, None, _ANY_RECORDING),
+    ("end_pose", _EndPoseOption, None, Uses.END_POSE),
+    ("scan_topic", ScanTopicOption, None, _ANY_RECORDING),
+    ("odom_topic", OdomTopicOption, None, _ANY_RECORDING),
+    ("laser_pose", LaserPoseOption, None, _ANY_RECORDING),
+    ("quick", _QuickOption, False, Uses.REPETITIONS),
+    ("scheduler", SchedulerOption, None, Uses.REPETITIONS),
+    ("config", ConfigOption, None, Uses.SETTINGS),
+    ("seed", SeedOption, 0, Uses.SETTINGS),
+    ("json", JsonOption, None, None),
+    ("quiet", QuietOption, False, None),
 )
-"""Each flag, how it is parsed and explained, and which uses of an experiment bring it along (None: it is
-always there), in the order of the help."""
-_REQUIRED = (BagArgument, MapOption, ResultFolderOption)
+"""Each flag, how it is parsed and explained, its default, and which uses of an experiment bring it along
+(None: it is always there), in the order of the help."""
 
 experiment = typer.Typer(help="Measure the particle filter, as tables and figures for a report.")
 
@@ -127,18 +103,14 @@ def add_command(
     app: typer.Typer, name: str, uses: Uses, help: str, example: str, entries: Sequence[ExperimentEntry]
 ) -> None:
     """Add a command to an app that runs some experiments, with the flags for what they use."""
+    given = {flag: default for flag, _, default, _ in _FLAGS if default is not _REQUIRED}
 
     def command(**flags: Any) -> None:
-        _run(name, entries, _Flags(**flags))
+        _run(name, entries, {**given, **flags})
 
     parameters = [
-        Parameter(
-            flag,
-            Parameter.KEYWORD_ONLY,
-            annotation=kind,
-            default=Parameter.empty if kind in _REQUIRED else getattr(_Flags, flag),
-        )
-        for flag, kind, brought_by in _FLAGS
+        Parameter(flag, Parameter.KEYWORD_ONLY, annotation=kind, default=default)
+        for flag, kind, default, brought_by in _FLAGS
         if brought_by is None or brought_by & uses
     ]
     command.__signature__ = Signature(parameters)  # type: ignore[attr-defined]  # which typer reads
@@ -158,90 +130,72 @@ add_command(
 )
 
 
-def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
+def _run(name: str, entries: Sequence[ExperimentEntry], flags: Mapping[str, Any]) -> None:
     """Run experiments; those of ``all`` are put on a page too."""
     recording = _recording(flags)
 
+    from rich.box import MARKDOWN
     from rich.console import Console
 
     from racecar.maps.whole_files import write_atomically
-    from racecar.pipelines.commands.tables import page
+    from racecar.pipelines.commands.tables import figure_table, page
     from racecar.pipelines.experiments.html_report import html_report
+    from racecar.pipelines.experiments.recording import with_known_start
     from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings
-    from racecar.pipelines.experiments.result_files import as_rich, save_result
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
     from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
-    settings = ExperimentSettings(load_config(flags.config).localization, flags.seed, flags.quick, recording)
-    parallel = ParallelRuns(flags.scheduler, flags.quiet)
+    localization, seed, quiet = load_config(flags["config"]).localization, flags["seed"], flags["quiet"]
     report = Report(f"racecar experiment {name}")
-    report.add(
-        "inputs", {"seed": flags.seed, "quick": flags.quick, "settings": settings.localization.model_dump()}
-    )
+    report.add("inputs", {"seed": seed, "quick": flags["quick"], "settings": localization.model_dump()})
     if recording is not None:
-        recording = _tried(recording, entries, settings)
-        settings = replace(settings, recording=recording)
-        report.add("inputs", {"bag": recording.bag, "map": recording.map, "end_pose": recording.end_pose})
-        report.add("inputs", {"initial_pose": recording.initial_pose})
-    announce = Console(stderr=True, quiet=flags.quiet, highlight=False)
-    tables = page(quiet=flags.quiet)
+        if any(Uses.EXTRA_RECORDING in entry.uses for entry in entries):  # once for all experiments
+            recording = with_known_start(recording, localization, seed)
+        report.add("inputs", {"bag": flags["bag"], "map": flags["map"], "end_pose": recording.end})
+        report.add("inputs", {"initial_pose": recording.start})
+    settings = ExperimentSettings(localization, seed, flags["quick"], recording)
+    parallel = ParallelRuns(flags["scheduler"], quiet)
+    announce, tables = Console(stderr=True, quiet=quiet, highlight=False), page(quiet=quiet)
     done: dict[str, ExperimentResult] = {}
-    with output_folder(flags.out) as folder:
+    with output_folder(flags["out"]) as folder:
         for number, entry in enumerate(entries, start=1):
             announce.print(f"{number}/{len(entries)} {entry.name}", markup=False)
             with report.stage(entry.name):
                 result = done[entry.name] = entry.load()(settings, parallel)
-                save_result(entry.name, result, folder)
+                result.save(entry.name, folder)
             report.add(entry.name, result.figures)
             for table in result.tables:
-                tables.print(as_rich(table))
+                tables.print(figure_table(table.columns, table.rows, title=table.title, box=MARKDOWN))
         shown = f"{done[entries[0].name].pictures[0].name}.png"
         if name == "all":
             shown = "report.html"
             with write_atomically(folder / shown) as partial:
                 partial.write_text(html_report(done, settings), encoding="utf-8")
         report.write(folder / "report.json")
-    if flags.json is not None:
-        report.write(flags.json)
-    tables.print(where_to_look(flags.out, shown, flags.json), markup=False, soft_wrap=True)
+    if flags["json"] is not None:
+        report.write(flags["json"])
+    tables.print(where_to_look(flags["out"], shown, flags["json"]), markup=False, soft_wrap=True)
 
 
-def _recording(flags: _Flags) -> "BagRecording | None":
+def _recording(flags: Mapping[str, Any]) -> "Recording | None":
+    """What was given. Raises UserError at once, rather than after minutes, for any fault of it."""
     from racecar.maps.errors import UserError
-    from racecar.pipelines.experiments.recording import BagRecording
+    from racecar.pipelines.experiments.recording import bag_recording
 
-    if flags.bag is None and flags.map is None:
+    if flags.get("bag") is None and flags.get("map") is None:
         return None
-    if flags.bag is None or flags.map is None:
+    if flags["bag"] is None or flags["map"] is None:
         raise UserError("--bag and --map go together: the recording, and the map of the place it is from.")
-    return BagRecording(
-        flags.bag,
-        flags.map,
-        flags.initial_pose,
-        _numbers(flags.end_pose),
-        flags.scan_topic,
-        flags.odom_topic,
-        None if flags.laser_pose is None else parse_laser_pose(flags.laser_pose),
+    topics = {name: flags[name] for name in ("scan_topic", "odom_topic", "laser_pose")}
+    return bag_recording(
+        flags["bag"],
+        flags["map"],
+        ReadingFlags(**topics).parsed(),
+        flags["initial_pose"],
+        _numbers(flags["end_pose"]),
     )
-
-
-def _tried(
-    recording: "BagRecording", entries: Sequence[ExperimentEntry], settings: "ExperimentSettings"
-) -> "BagRecording":
-    """A recording whose start is known if that matters; it is searched once for all experiments.
-
-    Raises UserError at once, rather than after minutes, for any fault of it.
-    """
-    recording.load_map()
-    next(recording.messages())
-    if recording.start() is not None or not any(Uses.KNOWN_START in entry.uses for entry in entries):
-        return recording
-    from racecar.pipelines.experiments.start_search import found_start
-
-    x, y, yaw = found_start(recording, settings.localization, settings.seed).tolist()
-    return replace(recording, initial_pose=(x, y, yaw))
 
 
 def _numbers(text: str | None) -> tuple[float, ...] | None:

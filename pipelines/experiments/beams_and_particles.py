@@ -1,6 +1,7 @@
 """What beams and particles buy, and what they cost."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize
@@ -9,10 +10,17 @@ from numpy.typing import NDArray
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.warm_up import warm_up
 from racecar.maps.geometry.se2 import between
-from racecar.pipelines.experiments.figure_style import MAP_OF_NUMBERS, Pictures, show_plain_ticks
-from racecar.pipelines.experiments.filters import simulated_drive, start_filter, sweep
+from racecar.pipelines.experiments.figures import MAP_OF_NUMBERS, Pictures, show_plain_ticks
+from racecar.pipelines.experiments.filters import (
+    Track,
+    place_errors,
+    simulated_drive,
+    start_filter,
+    sweep,
+    track,
+    with_particles,
+)
 from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
-from racecar.pipelines.experiments.tracking import Track, place_errors, track
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
@@ -24,22 +32,6 @@ _START = (0.1, 0.1, 0.05)
 _TIMED_SCANS = 60
 
 
-@dataclass(frozen=True, eq=False)
-class PairFigures:
-    """Error and time for each pair."""
-
-    beams: tuple[int, ...]
-    particles: tuple[int, ...]
-    errors: NDArray[np.float64]
-    """(beams, particles, seeds) metres, mean over the drive."""
-    leads: NDArray[np.float64]
-    """(beams, particles, seeds) metres by which the estimate is ahead of the car, mean over the drive."""
-    scatters: NDArray[np.float64]
-    """(beams, particles, seeds) metres of standard deviation about that, along the path."""
-    milliseconds: NDArray[np.float64]
-    """(beams, particles) per update, the median."""
-
-
 def beams_and_particles(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
     """All pairs; 3 seeds for the accuracy. When quick, fewer of both, one seed and a shorter drive."""
     beams = _BEAMS[::2] if settings.quick else _BEAMS
@@ -47,88 +39,77 @@ def beams_and_particles(settings: ExperimentSettings, parallel: ParallelRuns) ->
     seeds, seconds = (1, 6.0) if settings.quick else (3, 20.0)
     drive = SimulationConfig(noise=NoiseLevel.FULL, seed=1000 * settings.seed, duration=seconds)
     cases = {
-        (beam_count, particle_count): (_with_counts(settings.localization, beam_count, particle_count), drive)
+        (beam_count, count): (with_particles(settings.localization, count, beams=beam_count), drive)
         for beam_count in beams
-        for particle_count in particles
+        for count in particles
     }
-    errors = sweep(parallel, "Beams and particles", drive_errors, cases, seeds)
+    runs = sweep(parallel, "Beams and particles", drive_errors, cases, seeds)
     warm_up(LocalizationConfig())
     times = parallel.here("Timing", milliseconds, list(cases.values()))
     shape = (len(beams), len(particles))
-    means, leads, scatters = np.moveaxis(np.array(list(errors.values())).reshape(*shape, seeds, 3), -1, 0)
-    pairs = PairFigures(beams, particles, means, leads, scatters, np.array(times).reshape(shape))
-    return weighed_up(pairs, settings.localization)
+    figures = {
+        "beams": beams,
+        "particles": particles,
+        **{
+            figure: np.array([run[figure] for run in runs.values()]).reshape(*shape, seeds)
+            for figure in ("errors_m", "leads_m", "scatters_m")
+        },
+        "measured_times": {"milliseconds_per_update": np.array(times).reshape(shape)},
+    }
+    return weighed_up(figures, settings.localization)
 
 
-def weighed_up(pairs: PairFigures, chosen: LocalizationConfig) -> ExperimentResult:
-    """Of the pairs, beside the configuration in use."""
-    errors, deviations = 100 * pairs.errors.mean(axis=2), 100 * pairs.errors.std(axis=2)
-    leads, scatters = 100 * pairs.leads.mean(axis=2), 100 * pairs.scatters.mean(axis=2)
+def weighed_up(figures: dict[str, Any], chosen: LocalizationConfig) -> ExperimentResult:
+    """Of the beams and the particles, metres (beams, particles, seeds) and milliseconds (beams, particles),
+    beside the configuration in use."""
+    errors, leads, scatters = (
+        100 * figures[each].mean(axis=2) for each in ("errors_m", "leads_m", "scatters_m")
+    )
+    beams, particles, seeds = figures["beams"], figures["particles"], figures["errors_m"].shape[2]
+    times = figures["measured_times"]["milliseconds_per_update"]
     best = np.unravel_index(np.argmin(errors), errors.shape)
     pictures = Pictures()
-    shows = "{} in {}, for each number of beams and particles."
-    _draw_heat_map(
-        pictures,
-        "beams-and-particles-error",
-        shows.format("Mean distance to the truth", "centimetres"),
-        pairs,
-        errors,
-        "mean error (cm)",
-        Normalize(),
-    )
-    _draw_heat_map(
-        pictures,
-        "beams-and-particles-time",
-        shows.format("Time of an update", "milliseconds"),
-        pairs,
-        pairs.milliseconds,
-        "time of an update (ms)",
-        LogNorm(),
-    )
+    for name, values, shows, label, norm in (
+        ("error", errors, "Mean distance to the truth in centimetres", "mean error (cm)", Normalize()),
+        ("time", times, "Time of an update in milliseconds", "time of an update (ms)", LogNorm()),
+    ):
+        shows += ", for each number of beams and particles."
+        _draw_heat_map(pictures, f"beams-and-particles-{name}", shows, figures, values, label, norm)
     return ExperimentResult(
         "Beams and particles: accuracy against time",
         [
-            f"Drives of the shipped track with full odometry noise, {pairs.errors.shape[2]} seeds, the "
+            f"Drives of the shipped track with full odometry noise, {seeds} seeds, the "
             "number of particles held fixed. The error is the mean distance to the truth over the drive; "
             "the time is the median of an update, measured one after the other with nothing beside it, so "
             "it depends on the machine and is not the same twice.",
-            f"The smallest error, {errors[best]:.1f} cm, has {pairs.beams[best[0]]} beams and "
-            f"{pairs.particles[best[1]]} particles at {pairs.milliseconds[best]:.1f} ms; the largest is "
+            f"The smallest error, {errors[best]:.1f} cm, has {beams[best[0]]} beams and "
+            f"{particles[best[1]]} particles at {times[best]:.1f} ms; the largest is "
             f"{errors.max():.1f} cm. The configuration in use has {chosen.beams} beams and at most "
             f"{chosen.particles} particles.",
-            _what_more_beams_do(pairs),
+            _what_more_beams_do(beams, leads.mean(axis=1), scatters.mean(axis=1)),
         ],
         [
             _table(
-                pairs,
+                figures,
                 "Mean distance to the truth (cm), mean ± standard deviation over the seeds",
-                errors,
-                deviations,
+                *(errors, 100 * figures["errors_m"].std(axis=2)),
             ),
-            _table(pairs, "Lead along the path (cm), mean ± scatter along the path", leads, scatters),
-            _table(pairs, "Time of an update (ms)", pairs.milliseconds),
+            _table(figures, "Lead along the path (cm), mean ± scatter along the path", leads, scatters),
+            _table(figures, "Time of an update (ms)", times),
         ],
-        {
-            "beams": pairs.beams,
-            "particles": pairs.particles,
-            "errors_m": pairs.errors,
-            "leads_m": pairs.leads,
-            "scatters_m": pairs.scatters,
-            "measured_times": {"milliseconds_per_update": pairs.milliseconds},
-        },
+        figures,
         pictures,
     )
 
 
-def _what_more_beams_do(pairs: PairFigures) -> str:
-    """Why the error need not fall with more beams."""
-    (few_lead, *_, many_lead), (few_scatter, *_, many_scatter) = (
-        100 * values.mean(axis=(1, 2)) for values in (pairs.leads, pairs.scatters)
-    )
+def _what_more_beams_do(
+    beams: tuple[int, ...], leads: NDArray[np.float64], scatters: NDArray[np.float64]
+) -> str:
+    """Why the error need not fall with more beams, of centimetres (beams,)."""
     return (
-        f"From {pairs.beams[0]} to {pairs.beams[-1]} beams the scatter along the path goes from "
-        f"{few_scatter:.1f} to {many_scatter:.1f} cm, and the lead, by which the estimate is ahead of "
-        f"the car on average, from {few_lead:.1f} to {many_lead:.1f} cm. More beams average out chance, "
+        f"From {beams[0]} to {beams[-1]} beams the scatter along the path goes from "
+        f"{scatters[0]:.1f} to {scatters[-1]:.1f} cm, and the lead, by which the estimate is ahead of "
+        f"the car on average, from {leads[0]:.1f} to {leads[-1]:.1f} cm. More beams average out chance, "
         "but not what all of them have in common, and the more of them count, the less the odometry "
         "holds against it. The lead does not grow with the speed, so it is no delay, and there is none "
         "to the side, where walls stand left and right: the laser sees walls ahead but not behind, so "
@@ -136,15 +117,15 @@ def _what_more_beams_do(pairs: PairFigures) -> str:
     )
 
 
-def _table(pairs: PairFigures, title: str, *values: NDArray[np.float64]) -> FigureTable:
+def _table(figures: Mapping[str, Any], title: str, *values: NDArray[np.float64]) -> FigureTable:
     """Of values (beams, particles), or of means and what they scatter by."""
     cells = [
         [" ± ".join(f"{each:.2f}" for each in cell) for cell in row] for row in np.stack(values, axis=-1)
     ]
     return FigureTable(
         title,
-        ("beams", *(f"{count} particles" for count in pairs.particles)),
-        [(f"{count}", *row) for count, row in zip(pairs.beams, cells, strict=True)],
+        ("beams", *(f"{count} particles" for count in figures["particles"])),
+        [(f"{count}", *row) for count, row in zip(figures["beams"], cells, strict=True)],
     )
 
 
@@ -152,19 +133,20 @@ def _draw_heat_map(
     pictures: Pictures,
     name: str,
     shows: str,
-    pairs: PairFigures,
+    figures: Mapping[str, Any],
     values: NDArray[np.float64],
     label: str,
     norm: Normalize,
 ) -> None:
+    particles, beams = figures["particles"], figures["beams"]
     with pictures.draw(name, 62, shows) as figure:
         axes = figure.subplots()
         image = axes.imshow(values, cmap=MAP_OF_NUMBERS, norm=norm, origin="lower", aspect="auto")
         for (row, column), value in np.ndenumerate(values):
             color = "black" if norm(value) > 0.5 else "white"
             axes.text(column, row, f"{value:.1f}", ha="center", va="center", color=color, fontsize=6)
-        axes.set_xticks(range(len(pairs.particles)), [_short(count) for count in pairs.particles])
-        axes.set_yticks(range(len(pairs.beams)), [f"{count}" for count in pairs.beams])
+        axes.set_xticks(range(len(particles)), [_short(count) for count in particles])
+        axes.set_yticks(range(len(beams)), [f"{count}" for count in beams])
         axes.set(xlabel="particles", ylabel="beams")
         axes.grid(visible=False)
         bar = figure.colorbar(image, ax=axes, location="top", shrink=0.9)
@@ -173,14 +155,13 @@ def _draw_heat_map(
             show_plain_ticks(bar.ax.xaxis, (0.5, 1, 2, 5, 10, 20, 50))
 
 
-def drive_errors(
-    settings: LocalizationConfig, config: SimulationConfig, seed: int
-) -> tuple[float, float, float]:
+def drive_errors(settings: LocalizationConfig, config: SimulationConfig, seed: int) -> dict[str, float]:
     """Metres over a drive: mean distance to the truth, lead along the path, and scatter about that."""
     drive = simulated_drive(_MAP, config.model_copy(update={"seed": config.seed + seed}))
     estimated, true = _localize(settings, drive, len(drive.truth)).map_from_base, drive.truth.map_from_base
-    off = between(true, estimated)[:, 0]
-    return float(place_errors(estimated, true).mean()), float(off.mean()), float(off.std())
+    ahead = between(true, estimated)[:, 0]
+    errors = place_errors(estimated, true)
+    return {"errors_m": errors.mean(), "leads_m": ahead.mean(), "scatters_m": ahead.std()}
 
 
 def milliseconds(settings: LocalizationConfig, config: SimulationConfig) -> float:
@@ -195,12 +176,6 @@ def _localize(settings: LocalizationConfig, drive: SimulatedDrive, scans: int) -
     end = drive.truth.stamps[min(scans, len(drive.truth)) - 1]
     messages = (message for message in drive.messages if message.stamp <= end)
     return track(start_filter(settings, drive.grid, start, _START, rng), messages)
-
-
-def _with_counts(settings: LocalizationConfig, beams: int, particles: int) -> LocalizationConfig:
-    """So many beams, and so many particles, no more and no fewer."""
-    counts = ("particles", "fewest_particles", "scattered_particles")
-    return settings.model_copy(update={"beams": beams, **dict.fromkeys(counts, particles)})
 
 
 def _short(count: int) -> str:

@@ -25,9 +25,7 @@ class Uses(Flag):
     RECORDING = auto()
     """A recording, without which it measures nothing."""
     EXTRA_RECORDING = auto()
-    """A recording if there is one."""
-    KNOWN_START = auto()
-    """The pose at which the recording starts."""
+    """A recording if there is one, with the pose at which it starts."""
     END_POSE = auto()
     """The pose at which the recording ends, by tape measure."""
 
@@ -72,7 +70,7 @@ CATALOGUE = (
     ),
     ExperimentEntry(
         "convergence",
-        Uses.SETTINGS | Uses.REPETITIONS | Uses.EXTRA_RECORDING | Uses.KNOWN_START,
+        Uses.SETTINGS | Uses.REPETITIONS | Uses.EXTRA_RECORDING,
         "How fast a cloud of 0.5 m collapses about the car; with --bag and --map on a recording too.",
         "--out runs/convergence --bag drive.bag --map runs/drive",
     ),

@@ -1,27 +1,35 @@
-"""The two filters that the experiments compare, and runs of them over seeds."""
+"""The two filters that the experiments compare, runs of them over drives, and drives over cases and seeds."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
-from racecar.maps.geometry.se2 import Pose
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.maps.geometry.se2 import Pose, wrap_angle
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
-from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
-from racecar.pipelines.experiments.tracking import Filter
-from racecar.pipelines.runs.evaluation.course_filter import CourseFilter, CourseSettings
+from racecar.pipelines.bags.replay import ScanConsumer, replay
+from racecar.pipelines.experiments.figures import COURSE_NAME, OURS_NAME
+from racecar.pipelines.runs.evaluation.course_filter import CourseEstimate, CourseFilter, CourseSettings
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive, simulate_drive
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.scan import Scan
 
 _K = TypeVar("_K")
-_R = TypeVar("_R")
 FilterSettings: TypeAlias = LocalizationConfig | CourseSettings
+Filter: TypeAlias = Localizer | CourseFilter
+Estimate: TypeAlias = PoseEstimate | CourseEstimate
+Measured: TypeAlias = Mapping[str, NDArray[np.float64]]
+"""What was measured of a case, by name: (seeds, ...)."""
 
 _EVERY = 2
 """Of 40 scans a second, 20 are used: the rate that the course asks for."""
@@ -38,6 +46,12 @@ def with_motion_noise(settings: LocalizationConfig, noise: float) -> Localizatio
     return settings.model_copy(update={**dict.fromkeys(kinds, noise), "slip": 0.0})
 
 
+def with_particles(settings: LocalizationConfig, particles: int, **others: Any) -> LocalizationConfig:
+    """So many particles, no more and no fewer, and other settings."""
+    counts = ("particles", "fewest_particles", "scattered_particles")
+    return settings.model_copy(update={**dict.fromkeys(counts, particles), **others})
+
+
 def start_filter(
     settings: FilterSettings,
     grid: OccupancyGrid,
@@ -46,7 +60,7 @@ def start_filter(
     rng: np.random.Generator,
 ) -> Filter:
     """The filter that has these settings, its particles spread normally about a pose (3,)."""
-    filter_: Localizer | CourseFilter
+    filter_: Filter
     if isinstance(settings, CourseSettings):
         filter_ = CourseFilter(grid, settings, rng)
     else:
@@ -55,17 +69,82 @@ def start_filter(
     return filter_
 
 
+@dataclass(frozen=True, eq=False)
+class Track:
+    """A filter's estimates, one entry per scan."""
+
+    stamps: NDArray[np.int64]
+    """(S,) nanoseconds."""
+    map_from_base: Pose
+    """(S, 3)"""
+    extents: NDArray[np.float64]
+    """(S, 2) metres from the first to the last particle, in x and in y."""
+    deviations: NDArray[np.float64]
+    """(S,) metres of standard deviation of the particles' place, both axes together."""
+    effective_sizes: NDArray[np.float64]
+    """(S,) effective sample sizes."""
+    update_seconds: NDArray[np.float64]
+    """(S,) wall time."""
+
+    @property
+    def seconds(self) -> NDArray[np.float64]:
+        """(S,) since the first scan."""
+        elapsed: NDArray[np.float64] = (self.stamps - self.stamps[0]) * 1e-9
+        return elapsed
+
+
+def track(
+    filter_: Filter,
+    messages: Iterable[Measurement],
+    watch: Callable[[Scan, Estimate], None] = lambda scan, estimate: None,
+) -> Track:
+    """Feed messages with scans in them to a filter; ``watch`` sees every scan and its estimate too."""
+    consumer: ScanConsumer[Estimate] = filter_
+    rows = []
+    for replayed in replay(messages, consumer):
+        estimate = replayed.answer
+        size = estimate.effective_sample_size
+        row = replayed.scan.stamp, estimate.map_from_base, *cloud_spread(filter_), size, replayed.seconds
+        rows.append(row)
+        watch(replayed.scan, estimate)
+    return Track(*map(np.array, zip(*rows, strict=True)))
+
+
+def cloud_spread(filter_: Filter) -> tuple[NDArray[np.float64], float]:
+    """The extent (2,) of the particles and the standard deviation of their place, metres."""
+    particles, weights = filter_.particles()
+    places = particles[:, :2]
+    variance = weights @ np.sum((places - weights @ places) ** 2, axis=1)
+    return np.ptp(places, axis=0), float(np.sqrt(variance))
+
+
+def place_errors(estimated: Pose, true: Pose) -> NDArray[np.float64]:
+    """(S,) metres between poses (S, 3)."""
+    errors: NDArray[np.float64] = np.hypot(*(estimated - true)[:, :2].T)
+    return errors
+
+
+def heading_errors(estimated: Pose, true: Pose) -> NDArray[np.float64]:
+    """(S,) degrees between poses (S, 3), not signed."""
+    return np.degrees(np.abs(wrap_angle(estimated[:, 2] - true[:, 2])))
+
+
 def sweep(
     parallel: ParallelRuns,
     what: str,
-    measure: Callable[..., _R],
+    measure: Callable[..., Mapping[str, Any]],
     cases: Mapping[_K, tuple[Any, ...]],
     seeds: int,
-) -> dict[_K, list[_R]]:
-    """``measure(*case, seed)`` of each case and each of so many seeds, in parallel."""
+) -> dict[_K, Measured]:
+    """What ``measure(*case, seed)`` says of each case with each of so many seeds, in parallel."""
     arguments = [(*case, seed) for case in cases.values() for seed in range(seeds)]
     done = iter(parallel.run(what, measure, arguments))
-    return {name: [next(done) for _ in range(seeds)] for name in cases}
+    return {name: over_seeds([next(done) for _ in range(seeds)]) for name in cases}
+
+
+def over_seeds(runs: list[Mapping[str, Any]]) -> Measured:
+    """The same figures of each run, together."""
+    return {figure: np.array([run[figure] for run in runs]) for figure in runs[0]}
 
 
 @lru_cache(maxsize=4)

@@ -4,7 +4,7 @@ from base64 import b64encode
 from collections.abc import Iterator, Mapping
 from html import escape
 
-from racecar.pipelines.experiments.figure_style import Picture
+from racecar.pipelines.experiments.figures import Picture
 from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
 
 _STYLE = """

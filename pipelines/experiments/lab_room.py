@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
@@ -44,9 +44,9 @@ class CircleDrive:
 
     grid: OccupancyGrid
     seconds: float
-    jump: Pose
+    jump: ArrayLike = (0.0, 0.0, 0.0)
     """(3,) where it is put, added to its pose; its heading must stay."""
-    jump_after: float
+    jump_after: float = np.inf
     """Seconds."""
 
     @property

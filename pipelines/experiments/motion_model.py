@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
-from racecar.maps.geometry.se2 import Pose, compose
+from racecar.maps.geometry.se2 import Pose, chained
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from racecar.pipelines.experiments.figure_style import BLUE, GREEN, ORANGE, TRUTH, VERMILLION, Pictures
-from racecar.pipelines.experiments.filters import with_motion_noise
+from racecar.pipelines.experiments.figures import BLUE, GREEN, ORANGE, TRUTH, VERMILLION, Pictures
+from racecar.pipelines.experiments.filters import with_motion_noise, with_particles
 from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.sensors.odometry import Odometry
@@ -80,10 +80,8 @@ def _pictures(all_clouds: Mapping[str, list[Pose]]) -> Pictures:
 
 def drive_blindly(settings: LocalizationConfig, seed: int) -> list[Pose]:
     """The particles after each of the lengths that are shown."""
-    counts = {"particles": _PARTICLES, "fewest_particles": _PARTICLES, "scattered_particles": _PARTICLES}
-    localizer = Localizer(
-        _empty_floor(), settings.model_copy(update=counts), np.random.default_rng([seed, 6])
-    )
+    settings = with_particles(settings, _PARTICLES)
+    localizer = Localizer(_empty_floor(), settings, np.random.default_rng([seed, 6]))
     path = _path()
     localizer.set_pose(path[0], np.diag([_TINY, _TINY, _TINY]) ** 2)
     wanted = [round(distance / (_SPEED * _PERIOD)) for distance in _SHOWN_AFTER]
@@ -111,13 +109,8 @@ def _messages(path: Pose) -> Iterator[tuple[Odometry, Scan]]:
 def _path() -> Pose:
     """(T, 3) poses, one per period."""
     step = _SPEED * _PERIOD
-    poses = [np.zeros(3)]
-    for length, curvature in _SECTIONS:
-        for _ in range(round(length / step)):
-            turn = curvature * step
-            chord = np.array([step * np.cos(turn / 2), step * np.sin(turn / 2), turn])
-            poses.append(compose(poses[-1], chord))
-    return np.array(poses)
+    turns = np.concatenate([np.full(round(length / step), bend * step) for length, bend in _SECTIONS])
+    return chained(np.column_stack([step * np.cos(turns / 2), step * np.sin(turns / 2), turns]))
 
 
 def _length() -> float:

@@ -1,14 +1,15 @@
 """How much motion noise a filter should assume: the pose stepped from (0, 0, 0) to (1, 1, 0)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import TypeAlias
+from dataclasses import replace
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from racecar.pipelines.experiments.figure_style import (
+from racecar.maps.geometry.se2 import IDENTITY
+from racecar.pipelines.experiments.figures import (
     COLORS,
     COURSE_NAME,
     OURS_NAME,
@@ -16,7 +17,14 @@ from racecar.pipelines.experiments.figure_style import (
     Pictures,
     show_plain_ticks,
 )
-from racecar.pipelines.experiments.filters import FilterSettings, start_filter, sweep, with_motion_noise
+from racecar.pipelines.experiments.filters import (
+    FilterSettings,
+    Measured,
+    start_filter,
+    sweep,
+    track,
+    with_motion_noise,
+)
 from racecar.pipelines.experiments.lab_room import SCAN_PERIOD, CircleDrive, draw_lab_room
 from racecar.pipelines.experiments.result import (
     ExperimentResult,
@@ -24,7 +32,6 @@ from racecar.pipelines.experiments.result import (
     FigureTable,
     plus_minus,
 )
-from racecar.pipelines.experiments.tracking import track
 from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
@@ -46,24 +53,11 @@ _START = (0.05, 0.05, 0.05)
 """Standard deviations of the start: metres, metres, radians."""
 
 
-@dataclass(frozen=True, eq=False)
-class StepResponse:
-    """One drive with a jump in it."""
-
-    offsets: NDArray[np.float64]
-    """(S, 2) metres: the estimate less where the car would be without the jump; it should go from 0 to 1."""
-    seconds_to_converge: float
-    """From the jump until the running average stays near (1, 1); nan when it never does."""
-    spread: float
-    """Metres of standard deviation of the estimate about the car after that, else in the last third."""
-    mean_error: float
-    """Metres, mean over all scans after the jump."""
-
-
-Responses: TypeAlias = Mapping[str, Mapping[float, list[StepResponse]]]
-"""By the filter's name and the noise, one for each seed."""
+Responses: TypeAlias = Mapping[str, Mapping[float, Measured]]
+"""What `step_response` measures, by the filter's name and the noise."""
 _OWNERS = {OURS_NAME: "this library's", COURSE_NAME: "the course's"}
-_FIGURES = ("seconds_to_converge", "spread", "mean_error")
+_FIGURES = {"seconds_to_converge": 2, "spread": 4, "mean_error": 3}
+"""What is told of each, with so many digits."""
 
 
 def noise_sweep(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
@@ -82,13 +76,13 @@ def noise_sweep(settings: ExperimentSettings, parallel: ParallelRuns) -> Experim
 
 def swept(responses: Responses) -> ExperimentResult:
     """Of step responses."""
+    seeds = len(responses[OURS_NAME][NOISES[0]]["spread"])
     return ExperimentResult(
         "Motion noise: how fast the estimate follows, and how much it then scatters",
         [
             f"A car drives circles of 1 m radius in a room of 10 × 8 m. After {_JUMP_AFTER:g} s it is moved "
             "from (0, 0, 0) to (1, 1, 0) of its path, which its odometry does not notice. The estimate has "
-            f"to step after it. Each noise was tried with {len(responses[OURS_NAME][NOISES[0]])} seeds in "
-            "both filters: this library's, "
+            f"to step after it. Each noise was tried with {seeds} seeds in both filters: this library's, "
             "whose noise is per metre or radian of motion (all four noises of its motion model alike, and "
             "no slip beside them), and the course's, whose noise is added by every update, 20 times a "
             "second.",
@@ -110,24 +104,18 @@ def swept(responses: Responses) -> ExperimentResult:
                     (
                         name,
                         f"{noise:g}",
-                        f"{np.isfinite(_all(runs, 'seconds_to_converge')).mean():.0%}",
-                        *(
-                            plus_minus(_all(runs, key), digits)
-                            for key, digits in zip(_FIGURES, (2, 4, 3), strict=True)
-                        ),
+                        f"{np.isfinite(run['seconds_to_converge']).mean():.0%}",
+                        *(plus_minus(run[key], digits) for key, digits in _FIGURES.items()),
                     )
                     for name, by_noise in responses.items()
-                    for noise, runs in by_noise.items()
+                    for noise, run in by_noise.items()
                 ],
             )
         ],
         {
             "best_noise": {name: best(by_noise) for name, by_noise in responses.items()},
             "runs": {
-                name: {
-                    f"{noise:g}": {key: _all(runs, key) for key in _FIGURES}
-                    for noise, runs in by_noise.items()
-                }
+                name: {f"{noise:g}": {key: run[key] for key in _FIGURES} for noise, run in by_noise.items()}
                 for name, by_noise in responses.items()
             },
         },
@@ -135,21 +123,22 @@ def swept(responses: Responses) -> ExperimentResult:
     )
 
 
-def best(by_noise: Mapping[float, list[StepResponse]]) -> float:
+def best(by_noise: Mapping[float, Measured]) -> float:
     """The least noise whose mean error after the jump is the smallest, but for what chance explains."""
-    errors = {noise: _all(runs, "mean_error") for noise, runs in by_noise.items()}
+    errors = {noise: run["mean_error"] for noise, run in by_noise.items()}
     lowest = min(errors.values(), key=np.mean)
     chance = 2.0 * lowest.std() / np.sqrt(len(lowest))
     return next(noise for noise, error in errors.items() if error.mean() <= lowest.mean() + chance)
 
 
-def _choice(name: str, by_noise: Mapping[float, list[StepResponse]]) -> str:
+def _choice(name: str, by_noise: Mapping[float, Measured]) -> str:
     noise = best(by_noise)
-    runs = by_noise[noise]
-    means = [_mean(each, "mean_error") for each in by_noise.values()]
+    seconds, spread, error = (np.nanmean(by_noise[noise][key]) for key in _FIGURES)
+    means = [run["mean_error"].mean() for run in by_noise.values()]
     span = f"over the noises it goes from {min(means):.3f} to {max(means):.3f} m"
-    seconds, spread = _mean(runs, "seconds_to_converge"), 100 * _mean(runs, "spread")
-    speed = f"With {noise:g} the filter converges in {seconds:.2f} s and then spreads by {spread:.1f} cm."
+    speed = (
+        f"With {noise:g} the filter converges in {seconds:.2f} s and then spreads by {100 * spread:.1f} cm."
+    )
     if max(means) - min(means) < _HARDLY:
         return (
             f"For {_OWNERS[name]} filter the choice hardly matters. Its mean error after the jump counts "
@@ -159,28 +148,36 @@ def _choice(name: str, by_noise: Mapping[float, list[StepResponse]]) -> str:
     return (
         f"For {_OWNERS[name]} filter {noise:g} is the value to pick: the least noise whose mean error "
         "after the jump, which counts both the approach and the scatter afterwards, is within two "
-        f"standard errors of the smallest. There it is {_mean(runs, 'mean_error'):.3f} m; {span}. {speed}"
+        f"standard errors of the smallest. There it is {error:.3f} m; {span}. {speed}"
     )
 
 
 def _why_the_course_is_fast(responses: Responses) -> list[str]:
     """Where the course's filter converges sooner, what that is owed to, and what it costs."""
-    ours, course = (
-        min(responses[name].items(), key=lambda by_noise: _speed(by_noise[1]))
-        for name in (OURS_NAME, COURSE_NAME)
+    by_speed = {
+        name: min((_seconds(run), noise, 100 * run["spread"].mean()) for noise, run in by_noise.items())
+        for name, by_noise in responses.items()
+    }
+    (seconds, noise, spread), (course_seconds, course_noise, course_spread) = (
+        by_speed[name] for name in (OURS_NAME, COURSE_NAME)
     )
-    if not _speed(course[1]) < _speed(ours[1]):
+    if not course_seconds < seconds:
         return []
     return [
-        f"By the time to converge alone the course's filter wins: {_speed(course[1]):.2f} s at a noise "
-        f"of {course[0]:g} against {_speed(ours[1]):.2f} s at {ours[0]:g}. It adds its noise with every "
+        f"By the time to converge alone the course's filter wins: {course_seconds:.2f} s at a noise "
+        f"of {course_noise:g} against {seconds:.2f} s at {noise:g}. It adds its noise with every "
         "update, whether the car moves or not, so that some of its particles are always near the new "
         "place; this library's filter spreads its particles only as far as the motion allows, and moves "
         "to another place when several scans in a row speak for it. The price is that the cloud stays "
-        f"wide: the course's estimate then spreads by {100 * _mean(course[1], 'spread'):.1f} cm, this "
-        f"library's by {100 * _mean(ours[1], 'spread'):.1f} cm. The criterion rewards speed after a "
+        f"wide: the course's estimate then spreads by {course_spread:.1f} cm, this "
+        f"library's by {spread:.1f} cm. The criterion rewards speed after a "
         "jump, which no car makes by itself; the mean error after the jump counts both.",
     ]
+
+
+def _seconds(run: Measured) -> float:
+    """Until the filter has converged; infinite where it does not with some seed."""
+    return float(np.nan_to_num(run["seconds_to_converge"], nan=np.inf).mean())
 
 
 def _pictures(responses: Responses) -> Pictures:
@@ -192,8 +189,8 @@ def _pictures(responses: Responses) -> Pictures:
         )
         with pictures.draw(f"noise-sweep-traces-{name}", 105, shows, legend_columns=3) as figure:
             panels = figure.subplots(3, 2, sharex=True, sharey=True)
-            for axes, (noise, runs) in zip(panels.flat, by_noise.items(), strict=True):
-                _draw_trace(axes, runs[0].offsets[:, 0], COLORS[name])
+            for axes, (noise, run) in zip(panels.flat, by_noise.items(), strict=True):
+                _draw_trace(axes, run["offsets"][0, :, 0], COLORS[name])
                 axes.set(title=f"noise {noise:g}", ylim=(-0.6, 2.1))
             for axes in panels[-1]:
                 axes.set_xlabel("time since the jump (s)")
@@ -207,7 +204,7 @@ def _pictures(responses: Responses) -> Pictures:
         above, below = figure.subplots(2, 1, sharex=True)
         for shift, (name, by_noise) in zip((0.97, 1.03), responses.items(), strict=True):
             for axes, key, unit in ((above, "seconds_to_converge", 1.0), (below, "spread", 100.0)):
-                values = unit * np.array([_all(runs, key) for runs in by_noise.values()])
+                values = unit * np.array([run[key] for run in by_noise.values()])
                 is_whole = np.isfinite(values).all(axis=1)
                 axes.errorbar(
                     np.array(NOISES)[is_whole] * shift,
@@ -236,11 +233,11 @@ def _draw_trace(axes: Axes, x: NDArray[np.float64], color: str) -> None:
     axes.plot(seconds[_AVERAGED - 1 :], running_mean(x), color=color, label=f"mean of {_AVERAGED}")
 
 
-def step_response(variant: FilterSettings, seed: int, index: int) -> StepResponse:
+def step_response(variant: FilterSettings, seed: int, index: int) -> dict[str, Any]:
     """One drive with a jump; the seeds 0, 1, 2, … of all variants see the same scans."""
     drive = _drive()
     truth = drive.truth
-    filter_ = start_filter(variant, drive.grid, np.zeros(3), _START, np.random.default_rng([seed, index, 1]))
+    filter_ = start_filter(variant, drive.grid, IDENTITY, _START, np.random.default_rng([seed, index, 1]))
     estimated = track(filter_, drive.messages(np.random.default_rng([seed, index, 2]))).map_from_base
     is_after = truth.stamps * 1e-9 > _JUMP_AFTER
     offsets = (estimated - truth.map_from_base)[:, :2] + np.where(is_after[:, None], JUMP[:2], 0.0)
@@ -251,35 +248,23 @@ def _drive() -> CircleDrive:
     return CircleDrive(draw_lab_room(), _SECONDS, JUMP, _JUMP_AFTER)
 
 
-def measure_step(offsets: NDArray[np.float64], is_after: NDArray[np.bool_]) -> StepResponse:
+def measure_step(offsets: NDArray[np.float64], is_after: NDArray[np.bool_]) -> dict[str, Any]:
+    """Of an estimate less where the car would be without the jump (S, 2), which should go from 0 to 1, and
+    which (S,) are after it."""
     errors = offsets[is_after] - JUMP[:2]
     averaged = np.column_stack([running_mean(axis) for axis in offsets.T])[-len(errors) :] - JUMP[:2]
     is_far = np.any(np.abs(averaged) > _WITHIN, axis=1)
     first = int(np.max(np.flatnonzero(is_far), initial=-1)) + 1
     has_converged = first < len(errors)
     converged = errors[first:] if has_converged else errors[-len(errors) // 3 :]
-    return StepResponse(
-        offsets,
-        (first + 1) * SCAN_PERIOD * 1e-9 if has_converged else np.nan,
-        float(np.sqrt(np.mean(np.sum(converged**2, axis=1)))),
-        float(np.mean(np.hypot(*errors.T))),
-    )
+    return {
+        "offsets": offsets,
+        "seconds_to_converge": (first + 1) * SCAN_PERIOD * 1e-9 if has_converged else np.nan,
+        "spread": np.sqrt(np.mean(np.sum(converged**2, axis=1))),
+        "mean_error": np.mean(np.hypot(*errors.T)),
+    }
 
 
 def running_mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """(N - 19,) the mean of each value and the 19 before it."""
     return np.convolve(values, np.full(_AVERAGED, 1.0 / _AVERAGED), mode="valid")
-
-
-def _all(runs: list[StepResponse], key: str) -> NDArray[np.float64]:
-    return np.array([getattr(run, key) for run in runs])
-
-
-def _mean(runs: list[StepResponse], key: str) -> float:
-    return float(np.nanmean(_all(runs, key)))
-
-
-def _speed(runs: list[StepResponse]) -> float:
-    """Seconds until the filter has converged; infinite where it does not with some seed."""
-    seconds = _all(runs, "seconds_to_converge")
-    return float(seconds.mean()) if np.isfinite(seconds).all() else np.inf

@@ -5,37 +5,33 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.warm_up import warm_up
-from racecar.maps.geometry.se2 import Pose, transform_points
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.pipelines.experiments.figure_style import (
+from racecar.maps.geometry.se2 import transform_points
+from racecar.pipelines.experiments.figures import (
     BLUE,
     GREEN,
     PURPLE,
     VERMILLION,
     Pictures,
+    draw_map,
     height_of_map,
     show_plain_ticks,
 )
-from racecar.pipelines.experiments.recording import Recording, StandIn
+from racecar.pipelines.experiments.filters import Estimate, Track, heading_errors, place_errors, track
+from racecar.pipelines.experiments.recording import Recording, stand_in
 from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
-from racecar.pipelines.experiments.tracking import Estimate, Track, heading_errors, place_errors, track
 from racecar.pipelines.files.pictures.driven_time import DrivenTime
-from racecar.pipelines.files.pictures.map_picture import draw_grid
+from racecar.pipelines.files.pictures.moments import Moment, MomentsAlong
 from racecar.pipelines.runs.evaluation.wall_fit import ON_WALL, WallFit
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.sensors.scan import Scan
 
 _MOMENTS = 4
-_JITTER = 0.1
-"""Metres by which the estimate of a car that stands still moves at most, by judgement."""
-_STANDING = 1e-5
-"""Metres that a scan counts as without motion: next to nothing beside a path, by judgement."""
 _DECADES = tuple(10.0**power for power in range(-3, 6))
 _STAND_IN_SECONDS, _QUICK_STAND_IN_SECONDS = 40.0, 15.0
 _VIEW = 6.0
@@ -43,72 +39,58 @@ _VIEW = 6.0
 
 
 @dataclass(frozen=True, eq=False)
-class SeenMoment:
-    """A scan laid on the map."""
-
-    seconds: float
-    map_from_base: Pose
-    points_in_map: NDArray[np.float64]
-    """(N, 2)"""
-    share_on_wall: float
-
-
-@dataclass(frozen=True, eq=False)
 class LocalizedRecording:
     """What the filter did on a recording."""
 
     recording: Recording
-    grid: OccupancyGrid
     run: Track
+    path_metres: float
     shares_on_wall: NDArray[np.float64]
     """(S,) share of the end points within 10 cm of a wall, nan where a scan has none."""
-    moments: Sequence[SeenMoment]
-
-    @property
-    def path_length(self) -> float:
-        """Metres."""
-        return float(np.sum(np.hypot(*np.diff(self.run.map_from_base[:, :2], axis=0).T)))
+    moments: Sequence[Moment]
+    """Scans evenly along the path."""
 
 
 def real_run(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
     """Localize over a recording, from where it starts if that is known, else from anywhere.
 
-    Where none is given, a simulated drive stands in. Raises UserError when the recording cannot be read.
+    Without a recording a simulated drive stands in.
     """
-    recording = settings.recording or StandIn(
-        settings.seed, _QUICK_STAND_IN_SECONDS if settings.quick else _STAND_IN_SECONDS
-    )
+    seconds = _QUICK_STAND_IN_SECONDS if settings.quick else _STAND_IN_SECONDS
+    recording = settings.recording or stand_in(settings.seed, seconds)
     return seen(localized(recording, settings, parallel))
 
 
 def localized(
     recording: Recording, settings: ExperimentSettings, parallel: ParallelRuns
 ) -> LocalizedRecording:
-    """Localize over a recording."""
-    warm_up(LocalizationConfig())
-    grid = recording.load_map()
-    localizer = Localizer(grid, settings.localization, np.random.default_rng([settings.seed, 7]))
-    start = recording.start()
-    if start is not None:
-        localizer.set_pose(start)
-    walls = WallFit(grid)
+    """Run the filter over a recording."""
+    warm_up(settings.localization)
+    localizer = Localizer(recording.grid, settings.localization, np.random.default_rng([settings.seed, 7]))
+    if recording.start is not None:
+        localizer.set_pose(recording.start)
+    walls, judge, moments = WallFit(recording.grid), DriveJudge(), MomentsAlong(_MOMENTS)
     shares: list[float] = []
 
     def watch(scan: Scan, estimate: Estimate) -> None:
-        shares.append(walls.share(scan, estimate.map_from_base))
+        assert isinstance(estimate, PoseEstimate)
+        judge.follow(estimate)
+        points = transform_points(estimate.map_from_base, scan.points_in_base())
+        shares.append(walls.share_of_points(points))
+        moments.add(judge.path_metres, Moment(scan.stamp, estimate.map_from_base, points, shares[-1]))
 
     run = parallel.here("Real run", track, [(localizer, recording.messages(), watch)])[0]
-    return LocalizedRecording(recording, grid, run, np.array(shares), _look_again(recording, run, shares))
+    return LocalizedRecording(recording, run, judge.path_metres, np.array(shares), moments.moments)
 
 
 def seen(found: LocalizedRecording) -> ExperimentResult:
     """What a run shows."""
-    run, measured, last = found.run, found.recording.end(), found.run.map_from_base[-1]
+    recording, run, last = found.recording, found.run, found.run.map_from_base[-1]
     figures: dict[str, Any] = {
-        "recording": found.recording.title,
-        "is_real": found.recording.is_real,
+        "recording": recording.title,
+        "is_real": recording.is_real,
         "scans": len(run.stamps),
-        "path_metres": found.path_length,
+        "path_metres": found.path_metres,
         "seconds": run.seconds,
         "map_from_base": run.map_from_base,
         "shares_on_wall": found.shares_on_wall,
@@ -118,14 +100,14 @@ def seen(found: LocalizedRecording) -> ExperimentResult:
         "end_pose": last,
     }
     text, rows = [_what_was_seen(found)], _rows(found)
-    if measured is not None:
-        end = np.array([*measured, 0.0][:3])
+    if recording.end is not None:
+        end = np.array([*recording.end, 0.0][:3])
         place = float(place_errors(last[None], end[None])[0])
-        heading = float(np.degrees(heading_errors(last[None], end[None])[0]))
+        heading = float(heading_errors(last[None], end[None])[0])
         figures |= {"end_error_m": place, "end_heading_error_deg": heading}
         rows.append(("end pose against the tape measure (cm)", f"{100 * place:.1f}"))
         turned = ""
-        if len(measured) == 3:
+        if len(recording.end) == 3:
             rows.append(("end heading against the tape measure (°)", f"{heading:.2f}"))
             turned = f" and {heading:.1f}°"
         text.append(
@@ -135,7 +117,7 @@ def seen(found: LocalizedRecording) -> ExperimentResult:
     figures["measured_times"] = {"update_ms": 1e3 * run.update_seconds}
     table = FigureTable("The run in figures", ("figure", "value"), rows)
     pictures = Pictures()
-    _draw_path(pictures, found, measured)
+    _draw_path(pictures, found)
     _draw_overlays(pictures, found)
     _draw_over_time(pictures, found)
     return ExperimentResult("A run without truth", text, [table], figures, pictures)
@@ -149,7 +131,7 @@ def _what_was_seen(found: LocalizedRecording) -> str:
         else f"No recording was given, so {title} stands in for one; its truth is used only for the end pose."
     )
     return (
-        f"{what} Over {len(found.run.stamps)} scans and {found.path_length:.1f} m of path, "
+        f"{what} Over {len(found.run.stamps)} scans and {found.path_metres:.1f} m of path, "
         f"{np.nanmean(found.shares_on_wall):.0%} of the "
         f"scans' end points lie within {100 * ON_WALL:.0f} cm of a wall of the map. The rest are people "
         "and things that the map does not have, and errors of the pose. The effective sample size "
@@ -162,7 +144,7 @@ def _rows(found: LocalizedRecording) -> list[tuple[str, str]]:
     run, shares, milliseconds = found.run, found.shares_on_wall, 1e3 * found.run.update_seconds
     return [
         ("scans", f"{len(run.stamps)}"),
-        ("path (m)", f"{found.path_length:.1f}"),
+        ("path (m)", f"{found.path_metres:.1f}"),
         ("end points on walls, mean", f"{np.nanmean(shares):.1%}"),
         ("end points on walls, worst tenth of scans", f"{np.nanquantile(shares, 0.1):.1%}"),
         ("extent of the particles, median (m)", f"{np.median(run.extents.max(axis=1)):.2f}"),
@@ -173,26 +155,27 @@ def _rows(found: LocalizedRecording) -> list[tuple[str, str]]:
     ]
 
 
-def _draw_path(pictures: Pictures, found: LocalizedRecording, end: Sequence[float] | None) -> None:
-    path = found.run.map_from_base[:, :2]
+def _draw_path(pictures: Pictures, found: LocalizedRecording) -> None:
+    path, measured = found.run.map_from_base[:, :2], found.recording.end
     middle, reach = (path.max(axis=0) + path.min(axis=0)) / 2, np.ptp(path, axis=0) / 2 + 3.0
     reach = np.maximum(reach, reach.max() / 2)
     low, high = middle - reach, middle + reach
     shows = "The path on the map, with the moments of the next figure numbered."
     height = height_of_map(low, high, around_mm=20)
+    box = {"boxstyle": "circle,pad=0.15", "facecolor": BLUE, "edgecolor": "white", "linewidth": 0.5}
     with pictures.draw("real-run-path", height, shows, legend_columns=4) as figure:
         axes = figure.subplots()
-        draw_grid(axes, found.grid)
+        draw_map(axes, found.recording.grid, low, high)
         axes.plot(*path.T, color=BLUE, linewidth=1.0, label="path")
         axes.plot(*path[0], "o", color=GREEN, linestyle="none", label="start")
         axes.plot(*path[-1], "s", color=VERMILLION, linestyle="none", label="end")
-        if end is not None:
-            axes.plot(*end[:2], "x", color=PURPLE, linestyle="none", label="end, measured")
+        if measured is not None:
+            axes.plot(*measured[:2], "x", color=PURPLE, linestyle="none", label="end, measured")
         for number, moment in enumerate(found.moments, start=1):
-            _write_number(axes, number, moment.map_from_base)
-        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+            x, y, _ = moment.map_from_base
+            style: Any = {"ha": "center", "va": "center", "fontsize": 6, "color": "white", "zorder": 6}
+            axes.text(x, y, f"{number}", bbox=box, **style)
         axes.set(xlabel="x (m)", ylabel="y (m)")
-        axes.grid(visible=False)
 
 
 def _draw_overlays(pictures: Pictures, found: LocalizedRecording) -> None:
@@ -202,16 +185,16 @@ def _draw_overlays(pictures: Pictures, found: LocalizedRecording) -> None:
     )
     with pictures.draw("real-run-overlay", 98, shows, legend_columns=2) as figure:
         panels = figure.subplots(2, 2)
-        for number, (axes, moment) in enumerate(zip(panels.flat, found.moments, strict=True), start=1):
+        for number, (axes, moment) in enumerate(zip(panels.flat, found.moments, strict=False), start=1):
             x, y, yaw = moment.map_from_base
-            draw_grid(axes, found.grid)
+            draw_map(axes, found.recording.grid, (x - _VIEW, y - _VIEW), (x + _VIEW, y + _VIEW))
             style = {"color": VERMILLION, "markersize": 1.6, "markeredgewidth": 0, "rasterized": True}
             axes.plot(*moment.points_in_map.T, ".", **style)
             axes.quiver(x, y, np.cos(yaw), np.sin(yaw), color=BLUE, scale=8, width=0.02, zorder=5)
-            axes.set(xlim=(x - _VIEW, x + _VIEW), ylim=(y - _VIEW, y + _VIEW), aspect="equal")
-            title = f"{number}: {moment.seconds:.0f} s, {moment.share_on_wall:.0%} on walls"
-            axes.set_title(title, fontsize=7)
-            axes.grid(visible=False)
+            seconds = (moment.stamp - found.run.stamps[0]) * 1e-9
+            axes.set_title(f"{number}: {seconds:.0f} s, {moment.share_on_wall:.0%} on walls", fontsize=7)
+        for axes in panels.flat[len(found.moments) :]:  # of a drive of fewer scans
+            axes.set_axis_off()
         for axes in panels[-1]:
             axes.set_xlabel("x (m)")
         for axes in panels[:, 0]:
@@ -244,43 +227,3 @@ def _draw_over_time(pictures: Pictures, found: LocalizedRecording) -> None:
         for axes in panels[1:]:
             show_plain_ticks(axes.yaxis, _DECADES)
         figure.align_ylabels()
-
-
-def _look_again(recording: Recording, run: Track, shares: Sequence[float]) -> list[SeenMoment]:
-    """Moments evenly along the path, their scans read anew: to keep all of a long recording takes memory."""
-    metres = _driven(run.map_from_base[:, :2])
-    chosen = np.searchsorted(metres, np.linspace(0.0, metres[-1], 2 * _MOMENTS + 1)[1::2])
-    moments: list[SeenMoment] = []
-    scans = (message for message in recording.messages() if isinstance(message, Scan))
-    for index, scan in enumerate(scans):
-        for _ in range(np.count_nonzero(chosen == index)):
-            pose = run.map_from_base[index]
-            points = transform_points(pose, scan.points_in_base())
-            moments.append(SeenMoment(float(run.seconds[index]), pose, points, shares[index]))
-    return moments
-
-
-def _driven(places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(S,) metres of path until each scan at places (S, 2), without the jitter of a pose that stands; of a
-    car that never drives they grow with the scans."""
-    metres, last, steps = 0.0, places[0], []
-    for place in places:
-        step = float(np.hypot(*(place - last)))
-        if step >= _JITTER:
-            metres, last = metres + step, place
-        steps.append(metres)
-    metres_driven: NDArray[np.float64] = np.array(steps) + _STANDING * np.arange(len(places))
-    return metres_driven
-
-
-def _write_number(axes: Axes, number: int, map_from_base: Pose) -> None:
-    axes.annotate(
-        f"{number}",
-        (map_from_base[0], map_from_base[1]),
-        ha="center",
-        va="center",
-        fontsize=6,
-        color="white",
-        bbox={"boxstyle": "circle,pad=0.15", "facecolor": BLUE, "edgecolor": "white", "linewidth": 0.5},
-        zorder=6,
-    )

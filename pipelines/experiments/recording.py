@@ -1,151 +1,127 @@
 """A recording to measure a filter on: a bag and the map it was driven on, or a simulated drive."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.localizer import Localizer
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.localization.verdict.drive_judge import DriveJudge
+from racecar.localization.verdict.drive_quality import DriveVerdict
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.map_files import find_map, load_map
-from racecar.pipelines.bags.reader import BagReader
+from racecar.maps.map_files import load_map
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.bags.replay import feed, replay
 from racecar.pipelines.experiments.filters import simulated_drive
-from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs.bag_reading import BagReading
+from racecar.pipelines.runs.mapping_drive import mapping_trajectory
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
-_SAME_SESSION = 1_000_000_000
-"""Nanoseconds around the mapping trajectory's time within which a bag counts as the one that made the map."""
+_SEARCHED = 60.0
+"""Seconds of the recording in which its start is searched for: by judgement, as wheels lead back from there
+to within a metre, which the first scan corrects."""
 
 
-class Recording(Protocol):
-    """Where scans and odometry come from; may be sent to another process."""
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """What a car recorded, and what is known of where it was."""
 
-    @property
-    def title(self) -> str:
-        """What it is, in a few words."""
-
-    @property
-    def is_real(self) -> bool:
-        """Whether a car was driven for it."""
-
-    def load_map(self) -> OccupancyGrid:
-        """The map to find the car on."""
-
-    def start(self) -> Pose | None:
-        """(3,) where the car is at the first scan; None when it is not known."""
-
-    def end(self) -> Sequence[float] | None:
-        """Where the car is at the last scan by tape measure: x, y and, if it was measured, yaw."""
-
-    def messages(self) -> Iterator[Measurement]:
-        """In the order of time."""
-
-
-@dataclass(frozen=True)
-class BagRecording:
-    """A bag of one's own."""
-
-    bag: Path
-    map: Path
-    initial_pose: tuple[float, float, float] | None = None
-    end_pose: tuple[float, ...] | None = None
-    scan_topic: Sequence[str] | None = None
-    odom_topic: str | None = None
-    laser_pose: tuple[float, ...] | None = None
+    title: str
+    """What it is, in a few words."""
+    grid: OccupancyGrid
+    """The map to find the car on."""
+    messages: Callable[[], Iterable[Measurement]]
+    """Read from the beginning, in the order of time."""
+    start: Pose | None
+    """(3,) where the car is at the first scan; None when it is not known."""
+    end: Sequence[float] | None = None
+    """Where the car is at the last scan by tape measure: x, y and, if it was measured, yaw."""
     is_real: bool = True
+    """Whether a car was driven for it."""
 
-    @property
-    def title(self) -> str:
-        return f"{self.bag.name} on {self.map.name}"
+    def first(self, seconds: float) -> list[Measurement]:
+        """The messages of the first seconds."""
+        messages: list[Measurement] = []
+        for message in self.messages():
+            if messages and message.stamp > messages[0].stamp + int(seconds * 1e9):
+                break
+            messages.append(message)
+        return messages
 
-    def load_map(self) -> OccupancyGrid:
-        return load_map(self.map)
 
-    def start(self) -> Pose | None:
-        """As the user said, or as the trajectory beside the map has it, if the bag made the map."""
-        if self.initial_pose is not None:
-            return np.array(self.initial_pose)
-        path = find_map(self.map).parent / "trajectory.tum"
-        if not path.is_file():
-            return None
-        with self._open() as reader:
-            stamp = next(message.stamp for message in reader if isinstance(message, Scan))
-        driven = load_tum(path)
-        nearest = int(np.argmin(np.abs(driven.stamps - stamp)))
-        is_same_session = abs(int(driven.stamps[nearest]) - stamp) <= _SAME_SESSION
-        return driven.map_from_base[nearest] if is_same_session else None
+def bag_recording(
+    bag: Path,
+    map: Path,
+    reading: BagReading,
+    initial_pose: Sequence[float] | None = None,
+    end_pose: Sequence[float] | None = None,
+) -> Recording:
+    """A bag of one's own. It starts at the initial pose or, if it made the map, where it did then.
 
-    def end(self) -> Sequence[float] | None:
-        return self.end_pose
+    Raises UserError for any fault of bag or map.
+    """
+    grid = load_map(map)
+    with reading.open(bag) as reader:
+        begin = next((message.stamp for message in reader if isinstance(message, Scan)), None)
+    if begin is None:
+        raise UserError(f"{bag} holds no usable scan.")
+    start = None if initial_pose is None else np.array(initial_pose)
+    driven = mapping_trajectory(map, bag) if start is None else None
+    if driven is not None:
+        start = driven.poses_at(np.array([begin]))[0]
 
-    def messages(self) -> Iterator[Measurement]:
-        with self._open() as reader:
+    def messages() -> Iterator[Measurement]:
+        with reading.open(bag) as reader:
             yield from reader
 
-    @contextmanager
-    def _open(self) -> Iterator[BagReader]:
-        laser = None if self.laser_pose is None else np.array(self.laser_pose)
-        with BagReader(
-            self.bag, scan_topic=self.scan_topic, odom_topic=self.odom_topic, base_from_laser=laser
-        ) as reader:
-            yield reader
+    return Recording(f"{bag.name} on {map.name}", grid, messages, start, end_pose)
 
 
-@dataclass(frozen=True)
-class StandIn:
+def stand_in(seed: int, seconds: float) -> Recording:
     """A simulated drive with people around, where no recording was given."""
-
-    seed: int
-    seconds: float
-    is_real: bool = False
-
-    @property
-    def title(self) -> str:
-        return "a simulated drive through the shipped building with four people about"
-
-    def load_map(self) -> OccupancyGrid:
-        return simulated_drive("building", self._config).grid
-
-    def start(self) -> Pose:
-        pose: Pose = simulated_drive("building", self._config).truth.map_from_base[0]
-        return pose
-
-    def end(self) -> Sequence[float]:
-        end: list[float] = simulated_drive("building", self._config).truth.map_from_base[-1].tolist()
-        return end
-
-    def messages(self) -> Iterator[Measurement]:
-        yield from simulated_drive("building", self._config).messages
-
-    @property
-    def _config(self) -> SimulationConfig:
-        return SimulationConfig(
-            noise=NoiseLevel.FULL, seed=self.seed, duration=self.seconds, walkers=4, max_speed=2.0
-        )
+    config = SimulationConfig(noise=NoiseLevel.FULL, seed=seed, duration=seconds, walkers=4, max_speed=2.0)
+    drive = simulated_drive("building", config)
+    title = "a simulated drive through the shipped building with four people about"
+    poses = drive.truth.map_from_base
+    return Recording(title, drive.grid, lambda: drive.messages, poses[0], poses[-1].tolist(), is_real=False)
 
 
-def first_seconds(messages: Iterator[Measurement], seconds: float) -> Iterator[Measurement]:
-    """The messages of the first seconds."""
-    end = None
-    for message in messages:
-        end = message.stamp + int(seconds * 1e9) if end is None else end
-        if message.stamp > end:
-            return
-        yield message
+def with_known_start(recording: Recording, config: LocalizationConfig, seed: int) -> Recording:
+    """The recording with its start, searched for on all of the map if it is not known.
 
-
-def known_start(recording: Recording) -> Pose:
-    """Where a recording starts. Raises UserError when that is not known."""
-    start = recording.start()
-    if start is None:
+    The wheels lead back to it from where the car was first known to be, and the first scan corrects it.
+    Raises UserError when the drive is not localized, or there are no wheels.
+    """
+    if recording.start is not None:
+        return recording
+    localizer = Localizer(recording.grid, config, np.random.default_rng(seed))
+    judge, samples, estimates = DriveJudge(), list[Odometry](), list[PoseEstimate]()
+    for message in recording.first(_SEARCHED):
+        if isinstance(message, Odometry):
+            samples.append(message)
+        estimate = feed(message, localizer)
+        if estimate is not None:
+            judge.follow(estimate)
+            estimates.append(estimate)
+    last = max((number for number, estimate in enumerate(estimates) if estimate.is_start), default=0)
+    known = [each for each in estimates[last:] if each.is_place_known]
+    if not (known and samples and judge.quality.verdict == DriveVerdict.LOCALIZED):
         raise UserError(
-            "The start of the car on the map is not known, and convergence is measured from there; give "
-            "--initial-pose X Y YAW."
+            f"Where {recording.title} starts was not found in its first {_SEARCHED:g} s; "
+            "give --initial-pose X Y YAW, or the map of the place."
         )
-    return start
+    stamps = np.array([sample.stamp for sample in samples])
+    driven = Trajectory(stamps, np.array([sample.odom_from_base for sample in samples]))
+    then, now = driven.poses_at(np.array([estimates[0].stamp, known[0].stamp]))
+    localizer = Localizer(recording.grid, config, np.random.default_rng(seed))
+    localizer.set_pose(compose(known[0].map_from_base, between(now, then)))
+    first = next(replay(recording.messages(), localizer))
+    return replace(recording, start=first.answer.map_from_base)

@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
-from racecar.pipelines.experiments.figure_style import Picture
+from racecar.maps.whole_files import write_atomically
+from racecar.pipelines.experiments.figures import Picture
 from racecar.pipelines.experiments.recording import Recording
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
@@ -49,6 +51,26 @@ class ExperimentResult:
     """All figures, for a JSON file; those under ``measured_times`` differ from run to run."""
     pictures: Sequence[Picture]
     """The figures to look at."""
+
+    def save(self, name: str, folder: Path) -> None:
+        """Write the pictures as PNG and SVG and all else as Markdown into an existing folder.
+
+        Raises UserError when the place cannot be written to.
+        """
+        with write_atomically(folder / f"{name}.md") as partial:
+            partial.write_text(self._markdown(), encoding="utf-8")
+        for picture in self.pictures:
+            for suffix, contents in ((".png", picture.png), (".svg", picture.svg)):
+                with write_atomically(folder / f"{picture.name}{suffix}") as partial:
+                    partial.write_bytes(contents)
+
+    def _markdown(self) -> str:
+        parts = [f"# {self.title}", *self.text]
+        for table in self.tables:
+            lines = [table.columns, ["---"] * len(table.columns), *table.rows]
+            parts += [f"**{table.title}**", "\n".join(f"| {' | '.join(line)} |" for line in lines)]
+        parts += [f"![{picture.shows}]({picture.name}.svg)" for picture in self.pictures]
+        return "\n\n".join(parts) + "\n"
 
 
 class Experiment(Protocol):

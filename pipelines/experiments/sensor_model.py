@@ -6,7 +6,7 @@ from matplotlib.ticker import MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
-from racecar.pipelines.experiments.figure_style import (
+from racecar.pipelines.experiments.figures import (
     BLUE,
     GREEN,
     MAP_OF_NUMBERS,

@@ -1,14 +1,15 @@
 """The noise sweep measures what it says it measures."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from racecar.localization.config import LocalizationConfig
-from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
-from racecar.pipelines.experiments.filters import with_motion_noise
+from racecar.pipelines.experiments.figures import COURSE_NAME, OURS_NAME
+from racecar.pipelines.experiments.filters import Measured, with_motion_noise
 from racecar.pipelines.experiments.noise_sweep import (
     NOISES,
-    StepResponse,
     best,
     measure_step,
     running_mean,
@@ -20,12 +21,19 @@ from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 PERIOD = 0.05
 
 
-def response(delay: int, unrest: float = 0.0) -> StepResponse:
+def response(delay: int, unrest: float = 0.0) -> dict[str, Any]:
     """Of an estimate that follows so many scans late; 40 scans before the jump, 200 after it."""
     is_after = np.arange(240) >= 40
     x = (np.arange(240) >= 40 + delay).astype(float)
     x += unrest * np.where(np.arange(240) % 2, 1.0, -1.0)
     return measure_step(np.column_stack([x, x]), is_after)
+
+
+def measured(seconds: float, spread: float, errors: list[float]) -> Measured:
+    """With as many seeds as errors."""
+    each = np.ones(len(errors))
+    figures = {"seconds_to_converge": seconds * each, "spread": spread * each, "mean_error": np.array(errors)}
+    return {"offsets": np.zeros((len(errors), 240, 2)), **figures}
 
 
 def test_running_mean_is_over_twenty_values() -> None:
@@ -34,25 +42,22 @@ def test_running_mean_is_over_twenty_values() -> None:
 
 def test_time_to_converge_grows_by_the_delay() -> None:
     at_once = response(0)
-    assert at_once.seconds_to_converge == pytest.approx(0.75)
-    assert response(30).seconds_to_converge - at_once.seconds_to_converge == pytest.approx(30 * PERIOD)
-    assert response(20).mean_error == pytest.approx(np.sqrt(2.0) * 20 / 200)
+    assert at_once["seconds_to_converge"] == pytest.approx(0.75)
+    assert response(30)["seconds_to_converge"] - at_once["seconds_to_converge"] == pytest.approx(30 * PERIOD)
+    assert response(20)["mean_error"] == pytest.approx(np.sqrt(2.0) * 20 / 200)
 
 
 def test_an_estimate_that_never_follows_has_not_converged() -> None:
-    assert np.isnan(response(1000).seconds_to_converge)
+    assert np.isnan(response(1000)["seconds_to_converge"])
 
 
 def test_spread_is_the_deviation_of_the_estimate_itself() -> None:
-    assert response(0, unrest=0.1).spread == pytest.approx(0.1 * np.sqrt(2.0), rel=1e-6)
+    assert response(0, unrest=0.1)["spread"] == pytest.approx(0.1 * np.sqrt(2.0), rel=1e-6)
 
 
 def test_the_least_noise_is_picked_among_those_that_are_as_good() -> None:
     errors = ([0.3, 0.3], [0.101, 0.099], [0.1, 0.098], [0.2, 0.2], [0.3, 0.3], [0.4, 0.4])
-    runs = {
-        noise: [StepResponse(np.zeros((240, 2)), 1.0, 0.01, error) for error in both]
-        for noise, both in zip(NOISES, errors, strict=True)
-    }
+    runs = {noise: measured(1.0, 0.01, error) for noise, error in zip(NOISES, errors, strict=True)}
     assert best(runs) == NOISES[1]
 
 
@@ -60,8 +65,8 @@ def test_the_least_noise_is_picked_among_those_that_are_as_good() -> None:
 def test_the_text_says_why_the_course_is_faster_where_it_is(
     course_seconds: float, is_explained: bool
 ) -> None:
-    def runs(seconds: float, spread: float) -> dict[float, list[StepResponse]]:
-        return {noise: [StepResponse(np.zeros((240, 2)), seconds, spread, noise)] * 2 for noise in NOISES}
+    def runs(seconds: float, spread: float) -> dict[float, Measured]:
+        return {noise: measured(seconds, spread, [noise, noise]) for noise in NOISES}
 
     result = swept({OURS_NAME: runs(0.9, 0.01), COURSE_NAME: runs(course_seconds, 0.3)})
     text = " ".join(result.text)
@@ -73,12 +78,12 @@ def test_the_text_says_why_the_course_is_faster_where_it_is(
 def test_more_noise_follows_faster_and_is_less_calm() -> None:
     """The course's filter shows the trade-off that the experiment is about."""
     little, much = (step_response(CourseSettings(noise=noise), 0, 0) for noise in (0.02, 0.5))
-    assert much.seconds_to_converge < little.seconds_to_converge
-    assert much.spread > 3 * little.spread
+    assert much["seconds_to_converge"] < little["seconds_to_converge"]
+    assert much["spread"] > 3 * little["spread"]
 
 
 def test_the_same_seed_gives_the_same_trace() -> None:
     variant = with_motion_noise(LocalizationConfig(particles=200, fewest_particles=200), 0.1)
-    first, second, other = (step_response(variant, *seeds).offsets for seeds in ((3, 1), (3, 1), (3, 2)))
+    first, second, other = (step_response(variant, *seeds)["offsets"] for seeds in ((3, 1), (3, 1), (3, 2)))
     np.testing.assert_array_equal(first, second)
     assert not np.array_equal(first, other)

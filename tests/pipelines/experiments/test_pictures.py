@@ -8,8 +8,8 @@ import pytest
 from PIL import Image
 
 from racecar.localization.config import LocalizationConfig
-from racecar.pipelines.experiments.beams_and_particles import PairFigures, weighed_up
-from racecar.pipelines.experiments.figure_style import Pictures
+from racecar.pipelines.experiments.beams_and_particles import weighed_up
+from racecar.pipelines.experiments.figures import Pictures
 from racecar.pipelines.experiments.motion_model import motion_model
 from racecar.pipelines.experiments.result import Experiment, ExperimentResult, ExperimentSettings
 from racecar.pipelines.experiments.sensor_model import sensor_model
@@ -21,10 +21,15 @@ MILLIMETRE = 300 / 25.4
 
 def pairs_weighed_up(settings: ExperimentSettings, _: ParallelRuns) -> ExperimentResult:
     errors = np.linspace(0.01, 0.03, 2 * 3 * 2).reshape(2, 3, 2)
-    leads, scatters = errors[::-1], errors / 2
-    times = 1 + 10 * errors[..., 0]
-    pairs = PairFigures((25, 400), (200, 2000, 20_000), errors, leads, scatters, times)
-    return weighed_up(pairs, settings.localization)
+    figures = {
+        "beams": (25, 400),
+        "particles": (200, 2000, 20_000),
+        "errors_m": errors,
+        "leads_m": errors[::-1],
+        "scatters_m": errors / 2,
+        "measured_times": {"milliseconds_per_update": 1 + 10 * errors[..., 0]},
+    }
+    return weighed_up(figures, settings.localization)
 
 
 @pytest.fixture(scope="module", params=[sensor_model, motion_model, pairs_weighed_up])

@@ -7,10 +7,14 @@ from io import BytesIO
 from typing import Any
 
 import matplotlib
+from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.files.pictures.map_picture import draw_grid
 
 BLACK, ORANGE, GREEN, BLUE, VERMILLION, PURPLE = (
     *("#000000", "#E69F00", "#009E73", "#0072B2", "#D55E00", "#CC79A7"),
@@ -85,6 +89,13 @@ def height_of_map(low: Sequence[float], high: Sequence[float], around_mm: float)
     with so much around it for labels and a legend: no more than the map fills."""
     width, height = (float(last - first) for first, last in zip(low, high, strict=True))
     return min(_AXES_MM * height / width, _COLUMN_MM) + around_mm
+
+
+def draw_map(axes: Axes, grid: OccupancyGrid, low: Sequence[float], high: Sequence[float]) -> None:
+    """The map between two corners (2,), to draw on; its axes are metres."""
+    draw_grid(axes, grid)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    axes.grid(visible=False)
 
 
 def _add_legend_below(figure: Figure, columns: int) -> None:
