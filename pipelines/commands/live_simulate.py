@@ -1,11 +1,11 @@
 """``racecar live simulate``: a car that drives in a simulated world, for nodes that run now."""
 
 import signal
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecar.pipelines.commands.simulation_options import CarFlags, PlanOption
+from racecar.pipelines.commands.simulation_options import CAR_FLAGS, PlanOption, takes_settings
 
 if TYPE_CHECKING:
     from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
@@ -14,6 +14,7 @@ _NEAR = 0.5
 """Metres from where the car is to start to where it can drive."""
 
 
+@takes_settings(CAR_FLAGS)
 def simulate(
     *,
     context: typer.Context,
@@ -26,7 +27,6 @@ def simulate(
             help="Where the car starts, in metres and radians of the map; by default near its origin.",
         ),
     ] = None,
-    world: CarFlags,
     pace: Annotated[
         float,
         typer.Option(
@@ -44,6 +44,7 @@ def simulate(
     teleport: Annotated[
         bool, typer.Option("--teleport", help="/initialpose, RViz's 2D Pose Estimate, carries the car.")
     ] = False,
+    **chosen: Any,
 ) -> None:
     """Simulate a car on a map: it publishes /scan, /odom, /tf and /ground_truth. Ctrl-C ends it.
 
@@ -64,11 +65,9 @@ def simulate(
     from racecar.pipelines.runs.interrupts import stop_request
     from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 
-    conditions = Conditions(
-        noise=world.noise, slip=world.slip, max_speed=world.max_speed, walkers=world.walkers
-    )
+    seed, laser = chosen.pop("seed"), chosen.pop("laser")
     wanted = None if start is None else np.array(start)
-    simulation = DrivenSimulation(load_map(map), conditions, world.seed, wanted, world.laser)
+    simulation = DrivenSimulation(load_map(map), Conditions(**chosen), seed, wanted, laser)
     if start is not None:
         _put_at_start(simulation, start)
     in_namespace = ["--ros-args", "-r", f"__ns:=/{namespace.strip('/')}"] if namespace else []

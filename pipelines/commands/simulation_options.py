@@ -1,13 +1,13 @@
-"""The flags that say how a simulated car drives, and what its sensors are like."""
+"""The flags that say how a simulated car drives, made of the settings of the simulation."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from inspect import Parameter, signature
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from racecar.pipelines.commands.options import SeedOption
-from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel
+from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 PlanOption = Annotated[
     Path,
@@ -18,31 +18,43 @@ PlanOption = Annotated[
         "track, twin_corridors, bare_corridor, long_track, campus.",
     ),
 ]
+CAR_FLAGS = ("noise", "max_speed", "walkers", "slip", "laser", "seed")
+"""Of any simulated car."""
+DRIVE_FLAGS = (
+    *(*CAR_FLAGS, "duration", "tilt", "hills", "kerbs", "posts", "carried", "carrier", "follower"),
+    *("steering", "scan_every", "scan_gaps", "imu_rate"),
+)
+"""Of a drive that is recorded."""
+_SPELT = {"max_speed": "speed", "scan_every": "every", "imu_rate": "imu"}
+"""Where a flag is not called as the setting is."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class CarFlags:
-    """A car in a world; named as in SimulationConfig."""
+def takes_settings(names: Sequence[str]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """A command that takes settings of the simulation by these names, as its last keyword arguments."""
 
-    noise: Annotated[NoiseLevel, typer.Option("--noise", help="Noise of the wheel odometry.")] = (
-        NoiseLevel.SLIGHT
+    def decorated(command: Callable[..., Any]) -> Callable[..., Any]:
+        own = [
+            each.replace(kind=Parameter.KEYWORD_ONLY)
+            for each in signature(command).parameters.values()
+            if each.kind is not Parameter.VAR_KEYWORD
+        ]
+        flags = [*own, *map(_flag, names)]
+        command.__signature__ = signature(command).replace(parameters=flags)  # type: ignore[attr-defined]
+        return command
+
+    return decorated
+
+
+def _flag(name: str) -> Parameter:
+    field = SimulationConfig.model_fields[name]
+    bounds = {
+        kind: getattr(each, kind) for each in field.metadata for kind in ("ge", "le") if hasattr(each, kind)
+    }
+    option = typer.Option(
+        f"--{_SPELT.get(name, name).replace('_', '-')}",
+        help=field.description,
+        min=bounds.get("ge"),
+        max=bounds.get("le"),
     )
-    max_speed: Annotated[
-        float, typer.Option("--speed", metavar="M/S", min=0.3, max=15.0, help="Top speed; bends are slower.")
-    ] = 2.0
-    walkers: Annotated[
-        int, typer.Option("--walkers", metavar="N", min=0, max=100, help="Number of people walking about.")
-    ] = 0
-    slip: Annotated[
-        float,
-        typer.Option("--slip", metavar="SHARE", min=0.0, max=0.99, help="Wheel slip at full acceleration."),
-    ] = 0.0
-    laser: Annotated[
-        LaserKind,
-        typer.Option(
-            "--laser",
-            help="race: 270°, 30 m, 40 Hz; short: 240°, 4 m, 10 Hz, half of the beams empty; round: 360°, "
-            "12 m, 7 Hz; outdoor: 180°, 80 m, 10 Hz, most distant returns missed.",
-        ),
-    ] = LaserKind.RACE
-    seed: SeedOption = 0
+    kind = Annotated[field.annotation, option]  # type: ignore[name-defined]
+    return Parameter(name, Parameter.KEYWORD_ONLY, annotation=kind, default=field.default)

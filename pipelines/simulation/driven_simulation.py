@@ -12,16 +12,14 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse, transform_points, wrap_angle
 from racecar.maps.grid.distance_field import sample_field
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.settings import Settings
 from racecar.pipelines.simulation import laser_sensor
 from racecar.pipelines.simulation.car import BODY_CENTERS, BODY_RADIUS, MAX_BRAKING, Car
-from racecar.pipelines.simulation.coverage_route import choose_start
 from racecar.pipelines.simulation.driver import TICK, TICKS_PER_DECISION, CarMotion, follow_route
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
-from racecar.pipelines.simulation.goal_planner import GoalPlanner
-from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LASERS
+from racecar.pipelines.simulation.laser_models import LASERS
+from racecar.pipelines.simulation.routes import choose_start, route_to_goal
 from racecar.pipelines.simulation.simulator import START_NS
-from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel
+from racecar.pipelines.simulation.simulator_config import DrivingConditions, LaserKind
 from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
 from racecar.pipelines.simulation.wheel_odometry import PERIOD_TICKS, Wheels, efforts
 from racecar.sensors.measurement import Measurement
@@ -40,17 +38,11 @@ _COVERED_RANGE = 0.0
 """Metres at which a blocked laser sees what covers it: nearer than it can measure, noise and all."""
 
 
-class Conditions(Settings):
+class Conditions(DrivingConditions):
     """What can be changed while the drive goes on; also ROS parameters."""
 
-    noise: NoiseLevel = Field(
-        NoiseLevel.SLIGHT, description="noise of the wheel odometry: none, slight or full"
-    )
-    slip: float = Field(0.0, ge=0.0, le=0.99, description="wheel slip at full acceleration, a share")
-    max_speed: float = Field(2.0, ge=0.3, le=15.0, description="top speed in m/s; bends are slower")
-    walkers: int = Field(0, ge=0, le=100, description="number of people walking about")
-    dropped_scans: float = Field(0.0, ge=0.0, le=1.0, description="share of the scans that never arrive")
-    is_blocked: bool = Field(False, description="whether something covers the laser")
+    dropped_scans: float = Field(0.0, ge=0.0, le=1.0, description="Share of the scans that never arrive.")
+    is_blocked: bool = Field(False, description="Whether something covers the laser.")
 
 
 class DrivenSimulation:
@@ -72,7 +64,6 @@ class DrivenSimulation:
         self._sweeps_apart = max(1, round(_SCAN_PERIOD / self.laser.scan_time))
         self._grid = grid
         self._lattice = DrivingLattice(grid)
-        self._planner = GoalPlanner(self._lattice)
         self._generator = np.random.default_rng(seed)
         pose = self._lattice.poses_of(np.array([choose_start(grid, self._lattice, start)]))[0]
         self._car = Car(*pose)
@@ -134,7 +125,7 @@ class DrivenSimulation:
 
     def drive_to(self, goal: NDArray[np.float64]) -> None:
         """Drive to a place (2,), or to a pose (3,). Raises UserError when the car cannot stand there."""
-        route = self._planner.route(self.truth, goal)
+        route = route_to_goal(self._lattice, self.truth, goal)
         self._hand = None
         self.planned = route.map_from_base[:, :2]
         if len(self.planned) < 2:
@@ -167,7 +158,8 @@ class DrivenSimulation:
 
     def kidnap(self) -> None:
         """Carry the car to anywhere."""
-        self.put_at(self._generator.choice(self._planner.poses))
+        node = self._generator.choice(np.flatnonzero(self._lattice.reachable))
+        self.put_at(self._lattice.poses_of(np.array([node]))[0])
 
     def advance(self, seconds: float) -> list[Measurement]:
         """Let some time pass; what the sensors say meanwhile."""
@@ -204,7 +196,8 @@ class DrivenSimulation:
     def _decide(self) -> tuple[float, float]:
         """Wanted speed and steering."""
         if self._hand is not None and self.is_steered:
-            return self._careful(*self._hand)
+            speed, steering = self._hand
+            return (0.0 if self._is_someone_ahead(speed) else speed), steering
         if self._decisions is None:
             return 0.0, self._car.steering
         if self._is_someone_ahead(self._wanted[0]):
@@ -215,9 +208,6 @@ class DrivenSimulation:
             return 0.0, self._car.steering
         self._wanted = decision
         return decision
-
-    def _careful(self, speed: float, steering: float) -> tuple[float, float]:
-        return (0.0 if self._is_someone_ahead(speed) else speed), steering
 
     def _is_someone_ahead(self, speed: float) -> bool:
         """Whether a person stands where the car is about to drive."""
@@ -270,14 +260,7 @@ class DrivenSimulation:
             laser_sensor.see_legs(ranges, map_from_base, laser, (legs, legs), LEG_RADIUS)
         measured = laser_sensor.measure(ranges, laser, laser.noise, laser.dropouts, self._generator)
         measured[measured < laser.range_min] = np.nan
-        return Scan(
-            stamp=self._stamp(tick),
-            bearings=laser.bearings,
-            ranges=measured.astype(np.float64),
-            time_offsets=laser.time_offsets,
-            base_from_laser=BASE_FROM_LASER,
-            max_range=laser.range_max,
-        )
+        return laser.scan(self._stamp(tick), measured)
 
     def _begin_trace(self) -> None:
         """Forget the motion so far, of which no sweep may know after the car was carried."""

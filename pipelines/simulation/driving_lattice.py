@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose, transform_points, wrap_angle
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED_FROM, OccupancyGrid
 from racecar.pipelines.simulation.car import BODY_CENTERS, BODY_RADIUS
+from racecar.pipelines.simulation.path_smoothing import lengths_along
 
 DIRECTIONS = np.array([
     (1, 0), (2, 1), (1, 1), (1, 2), (0, 1), (-1, 2), (-1, 1), (-2, 1),
@@ -46,6 +48,8 @@ REVERSE_PENALTY = 4.0
 _CROWDING, _BENDING = 3.0, 1.05
 """How much more a metre costs right beside a wall (a share), and by which factor on a curve: by judgement, so
 that the car keeps to the middle of corridors and does not wind."""
+_PER_RADIAN = 0.5
+"""Metres that a radian of heading counts, by judgement: the driver turns that much in as many metres."""
 _SMALLEST_COMPONENT = 100
 """Nodes; where the car cannot get to more of them there is no driving."""
 
@@ -125,6 +129,31 @@ def _hermite(end: NDArray[np.float64], start_yaw: float, end_yaw: float) -> tupl
     return np.column_stack([place, yaw]), cross / np.linalg.norm(first, axis=1) ** 3
 
 
+@dataclass(frozen=True, eq=False)
+class Route:
+    """A way that a car can drive."""
+
+    map_from_base: Pose
+    """(N, 3), a few centimetres apart."""
+    backwards: NDArray[np.bool_]
+    """(N,) whether the car arrives at the pose in reverse gear."""
+
+    @property
+    def length(self) -> float:
+        """Metres."""
+        return float(lengths_along(self.map_from_base[:, :2])[-1])
+
+    @property
+    def is_lap(self) -> bool:
+        """Whether it goes round without ever coming by the same place twice, as a race track does."""
+        points = self.map_from_base[:, :2]
+        along = lengths_along(points)
+        pairs = cKDTree(points).query_pairs(0.5, output_type="ndarray")
+        apart = np.abs(along[pairs[:, 0]] - along[pairs[:, 1]])
+        again = pairs[np.minimum(apart, along[-1] - apart) > 5.0]
+        return not self.backwards.any() and len(np.unique(again)) < 0.05 * len(points)
+
+
 class DrivingLattice:
     """All poses of the largest connected part of a map at which the car fits, and the paths between them.
 
@@ -168,14 +197,25 @@ class DrivingLattice:
             nodes.append(int(predecessors[nodes[-1]]))
         return nodes[::-1]
 
-    def drive(self, nodes: list[int]) -> tuple[Pose, NDArray[np.bool_]]:
-        """Poses (N, 3) along the curves between nodes, the first left out, and which are driven backwards."""
-        poses, backwards = [np.zeros((0, 3))], [np.zeros(0, dtype=np.bool_)]
+    def drive(self, nodes: list[int]) -> Route:
+        """Along the curves between nodes, from the first to the last."""
+        poses, backwards = [self.poses_of(np.array(nodes[:1]))], [np.zeros(1, dtype=np.bool_)]
         for a, b in itertools.pairwise(nodes):
             curve, is_backwards = self._curve_between(a, b)
             poses.append(curve[1:])
             backwards.append(np.full(len(curve) - 1, is_backwards))
-        return np.concatenate(poses), np.concatenate(backwards)
+        return Route(np.concatenate(poses), np.concatenate(backwards))
+
+    def distances_to(self, pose: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(nodes,) metres to a place (2,), or to a pose (3,) with the turns counted; infinite from where the
+        car cannot get to."""
+        distances = np.full(len(self.reachable), np.inf)
+        nodes = np.flatnonzero(self.reachable)
+        poses = self.poses_of(nodes)
+        distances[nodes] = np.linalg.norm(poses[:, :2] - pose[:2], axis=1)
+        if len(pose) == 3:
+            distances[nodes] += _PER_RADIAN * np.abs(wrap_angle(poses[:, 2] - pose[2]))
+        return distances
 
     def neighbour_graph(self) -> csr_array:
         """(cells, cells) metres between neighbouring cells, diagonal ones too."""

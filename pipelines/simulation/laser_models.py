@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from racecar.pipelines.simulation.driver import TICK
 from racecar.pipelines.simulation.simulator_config import LaserKind
+from racecar.sensors.scan import Scan
 
 BASE_FROM_LASER = np.array([0.27, 0.0, 0.0])
 """(3,) on the axis, above the front wheels."""
@@ -66,6 +67,17 @@ class LaserModel:
     def time_offsets(self) -> NDArray[np.float64]:
         """(beams,) seconds after the first beam."""
         return self.time_increment * np.arange(self.beams, dtype=np.float64)
+
+    def scan(self, stamp: int, ranges: NDArray[np.float32]) -> Scan:
+        """A sweep (beams,), inf for a miss, whose first beam has the stamp in nanoseconds."""
+        return Scan(
+            stamp=stamp,
+            bearings=self.bearings,
+            ranges=ranges.astype(np.float64),
+            time_offsets=self.time_offsets,
+            base_from_laser=BASE_FROM_LASER,
+            max_range=self.range_max,
+        )
 
 
 UST_10LX = LaserModel(

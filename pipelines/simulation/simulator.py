@@ -2,7 +2,6 @@
 
 import heapq
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TypeAlias
@@ -14,11 +13,11 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.simulation import laser_sensor
-from racecar.pipelines.simulation.coverage_route import Route, choose_start, plan_route
 from racecar.pipelines.simulation.driver import TICK, CarMotion, drive_route
-from racecar.pipelines.simulation.driving_lattice import DrivingLattice
+from racecar.pipelines.simulation.driving_lattice import DrivingLattice, Route
 from racecar.pipelines.simulation.gyroscope import measure_yaw_rates
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LASERS, LaserModel
+from racecar.pipelines.simulation.routes import choose_start, round_trip
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.pipelines.simulation.surroundings import Surroundings
 from racecar.pipelines.simulation.wheel_odometry import measure_odometry, true_odometry
@@ -33,30 +32,8 @@ GAP_PERIOD = 15.0
 """Seconds from the end of one gap to the end of the next, as logs have them whose disk is too slow."""
 
 
-@dataclass(frozen=True, eq=False)
-class LaserSweep:
-    """One message of the laser."""
-
-    stamp: int
-    """Nanoseconds, of the first beam."""
-    ranges: NDArray[np.float32]
-    """(beams,) metres, inf for a miss."""
-    laser: LaserModel
-
-    def as_scan(self) -> Scan:
-        """The sweep as the algorithms take it."""
-        return Scan(
-            stamp=self.stamp,
-            bearings=self.laser.bearings,
-            ranges=self.ranges.astype(np.float64),
-            time_offsets=self.laser.time_offsets,
-            base_from_laser=BASE_FROM_LASER,
-            max_range=self.laser.range_max,
-        )
-
-
-_Message: TypeAlias = LaserSweep | YawRate | tuple[Odometry, Odometry]
-"""A sweep, a yaw rate, or the odometry measured and true."""
+_Message: TypeAlias = Scan | YawRate | tuple[Odometry, Odometry]
+"""A scan, a yaw rate, or the odometry measured and true."""
 
 
 class Simulation:
@@ -99,7 +76,7 @@ class Simulation:
         """Where the car is and how it moves, 50 times a second, in the map."""
         return true_odometry(self.drive, START_NS)
 
-    def sweeps(self) -> Iterator[LaserSweep]:
+    def scans(self) -> Iterator[Scan]:
         """What the laser says, sweep after sweep."""
         laser, config = self.laser, self._config
         generator = np.random.default_rng([config.seed, 2])
@@ -108,15 +85,14 @@ class Simulation:
         surroundings = Surroundings(self._grid, self._lattice, self.drive, config)
         for tick, stamp in zip(self._scan_ticks.tolist(), self.ground_truth.stamps.tolist(), strict=True):
             measured = laser_sensor.measure(surroundings.see(tick), laser, noise, dropouts, generator)
-            yield LaserSweep(stamp, measured, laser)
+            yield laser.scan(stamp, measured)
 
     def messages(self) -> Iterator[Measurement]:
         """Measurements as from a bag: a scan follows the motion that covers its last beam."""
         yaw_rates = self.yaw_rates()
         covered: dict[type, int] = dict.fromkeys([Odometry, YawRate] if yaw_rates else [Odometry], 0)
         motion: Iterator[Odometry | YawRate] = heapq.merge(yaw_rates, self.odometry(), key=_stamp_of)
-        for sweep in self.sweeps():
-            scan = sweep.as_scan()
+        for scan in self.scans():
             end = scan.stamp + round(scan.time_offsets[-1] * 1e9)
             for sample in motion:
                 yield sample
@@ -148,7 +124,7 @@ def _route_through(grid: OccupancyGrid, start: tuple[float, float, float] | None
     """The round trip from the place nearest to a pose in the map, kept for further drives."""
     lattice = _lattice_of(grid)
     wanted = None if start is None else np.array(start)
-    return plan_route(lattice, choose_start(grid, lattice, wanted))
+    return round_trip(lattice, choose_start(grid, lattice, wanted))
 
 
 def ground_truth_file(bag: Path) -> Path:
@@ -165,15 +141,15 @@ def write_bag(simulation: Simulation, path: Path, progress: Callable[[float], No
     """
     scans = len(simulation.ground_truth)
     samples: Iterator[_Message] = zip(simulation.odometry(), simulation.true_odometry(), strict=True)
-    sweeps: Iterator[_Message] = simulation.sweeps()
+    sweeps: Iterator[_Message] = simulation.scans()
     yaw_rates: Iterator[_Message] = iter(simulation.yaw_rates())
     messages = heapq.merge(samples, sweeps, yaw_rates, key=_stamp_of)
     with BagWriter(path) as writer:
         writer.write_static_transform(BASE_FROM_LASER)
         written = 0
         for message in messages:
-            if isinstance(message, LaserSweep):
-                _write_sweep(writer, message)
+            if isinstance(message, Scan):
+                _write_scan(writer, message, simulation.laser)
                 written += 1
                 progress(written / scans)
             elif isinstance(message, YawRate):
@@ -188,16 +164,16 @@ def _stamp_of(message: _Message | Odometry) -> int:
     return message[0].stamp if isinstance(message, tuple) else message.stamp
 
 
-def _write_sweep(writer: BagWriter, sweep: LaserSweep) -> None:
+def _write_scan(writer: BagWriter, scan: Scan, laser: LaserModel) -> None:
     writer.write_scan(
-        sweep.stamp,
-        sweep.ranges,
-        sweep.laser.angle_min,
-        sweep.laser.angle_increment,
-        sweep.laser.time_increment,
-        sweep.laser.scan_time,
-        sweep.laser.range_min,
-        sweep.laser.range_max,
+        scan.stamp,
+        scan.ranges.astype(np.float32),
+        laser.angle_min,
+        laser.angle_increment,
+        laser.time_increment,
+        laser.scan_time,
+        laser.range_min,
+        laser.range_max,
     )
 
 

@@ -1,12 +1,14 @@
-"""What can be chosen about a simulated drive."""
+"""What can be chosen about a simulated drive; the commands make their flags of these fields."""
 
 from enum import Enum
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from racecar.maps.settings import Settings
 
 
 class NoiseLevel(str, Enum):
-    """How bad the wheel odometry is."""
+    """How bad the wheel odometry is: exact, that of a well kept car, or per cents of error, and slip."""
 
     NONE = "none"
     SLIGHT = "slight"
@@ -22,53 +24,68 @@ class LaserKind(str, Enum):
     OUTDOOR = "outdoor"
 
 
-class SimulationConfig(BaseModel):
+class DrivingConditions(Settings):
+    """What can be chosen about a drive before it begins, or while it goes on."""
+
+    noise: NoiseLevel = Field(
+        NoiseLevel.SLIGHT, description="Noise of the wheel odometry: none, slight or full."
+    )
+    max_speed: float = Field(2.0, ge=0.3, le=15.0, description="Top speed in m/s; bends are slower.")
+    walkers: int = Field(0, ge=0, le=100, description="Number of people walking about.")
+    slip: float = Field(
+        0.0,
+        ge=0.0,
+        le=0.99,
+        description="Wheel slip at full acceleration, a share: by so much wheels run ahead, and turns are "
+        "overstated at the tyres' limit, on top of the noise.",
+    )
+
+
+class SimulationConfig(DrivingConditions):
     """A drive, its car's sensors, and who walks about meanwhile."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    noise: NoiseLevel = NoiseLevel.SLIGHT
-    """Of the wheel odometry: none (exact), slight (a well kept car), full (per cents of error, and slip)."""
-    seed: int = Field(0, ge=0)
-    duration: float | None = Field(None, gt=0.0)
-    """Seconds; None: until the map is covered and the car is home again."""
-    laps: int = Field(2, ge=1)
-    """How often the car goes round where the map is a circuit, unless a duration is given."""
-    max_speed: float = Field(2.0, gt=0.0, le=15.0)
-    """m/s."""
-    start: tuple[float, float, float] | None = None
-    """Pose in the map to start near; None: near the map's origin."""
-    walkers: int = Field(0, ge=0, le=100)
-    """Number of people walking about."""
-    slip: float = Field(0.0, ge=0.0, lt=1.0)
-    """Share by which the wheels run ahead at full acceleration and turns are overstated at the tyres' limit,
-    on top of what the noise level brings."""
-    imu_rate: float = Field(0.0, ge=0.0, le=1000.0)
-    """Readings of a gyroscope per second; 0: the car has none."""
-    laser: LaserKind = LaserKind.RACE
-    """Race (270°, 30 m, 40 Hz), short (240°, 4 m, half of the beams empty), round (360°, 12 m, 7 Hz) or
-    outdoor (180°, 80 m, of which the far is mostly missed)."""
-    tilt: float = Field(0.0, ge=-10.0, le=10.0)
-    """Degrees by which the laser looks down, which no transform tells."""
-    hills: float = Field(0.0, ge=0.0, le=0.3)
-    """Steepest grade of the ground; 0: it is flat."""
-    kerbs: float = Field(0.0, ge=0.0, le=1.0)
-    """Metres by which the lawn beside the ways lies higher, on maps that have one."""
-    posts: int = Field(0, ge=0, le=12)
-    """Of the robot's own, in the laser's view."""
-    carried: float = Field(0.0, ge=0.0, le=30.0)
-    """Seconds of each 30 in which the car is carried along its path, its wheels standing."""
-    carrier: bool = False
-    """Whether the laser sees the body of who carries the car, meanwhile."""
-    follower: bool = False
-    """Whether a person walks 2 to 3 m behind the car."""
-    steering: bool = False
-    """Whether odometry turns by the steering angle, which is off by a constant and by a share."""
-    scan_every: float = Field(0.0, ge=0.0)
-    """Seconds per scan that the logger keeps at most; 0: it keeps all."""
-    scan_gaps: float = Field(0.0, ge=0.0, lt=15.0)
-    """Seconds of each 15 in which it keeps none."""
-    range_noise: float | None = Field(None, ge=0.0)
-    """Standard deviation in metres; None: as the laser has it."""
-    dropouts: float | None = Field(None, ge=0.0, le=1.0)
-    """Share of beams that come back empty; None: as the laser has it."""
+    laser: LaserKind = Field(
+        LaserKind.RACE,
+        description="race: 270°, 30 m, 40 Hz; short: 240°, 4 m, 10 Hz, half of the beams empty; round: 360°, "
+        "12 m, 7 Hz; outdoor: 180°, 80 m, 10 Hz, most distant returns missed.",
+    )
+    seed: int = Field(0, ge=0, description="Same seed, same result.")
+    duration: float | None = Field(
+        None,
+        ge=0.5,
+        le=100_000.0,
+        description="How many seconds to drive; by default until the whole map is seen, or for two laps of a "
+        "track.",
+    )
+    laps: int = Field(2, ge=1, description="How often to go round a circuit, unless a duration is given.")
+    start: tuple[float, float, float] | None = Field(
+        None, description="Pose in the map to start near; by default near the map's origin."
+    )
+    tilt: float = Field(
+        0.0, ge=-10.0, le=10.0, description="Degrees by which the laser looks down, which no transform tells."
+    )
+    hills: float = Field(0.0, ge=0.0, le=0.3, description="Steepest slope, such as 0.06.")
+    kerbs: float = Field(0.0, ge=0.0, le=1.0, description="Height of the campus' lawn in metres.")
+    posts: int = Field(0, ge=0, le=12, description="Number of the robot's own posts in the laser's view.")
+    carried: float = Field(
+        0.0,
+        ge=0.0,
+        le=30.0,
+        description="For so many seconds in each 30 the car is carried, its wheels standing.",
+    )
+    carrier: bool = Field(False, description="The laser sees the body of whoever carries the car.")
+    follower: bool = Field(False, description="A person walks 2 to 3 m behind the car.")
+    steering: bool = Field(False, description="Odometry turns by the steering angle, which is a little off.")
+    scan_every: float = Field(0.0, ge=0.0, le=60.0, description="Keep only one scan in so many seconds.")
+    scan_gaps: float = Field(
+        0.0, ge=0.0, le=14.0, description="Keep no scans for so many seconds in each 15."
+    )
+    imu_rate: float = Field(
+        0.0, ge=0.0, le=1000.0, description="Rate in Hz of /imu, a cheap gyroscope; by default there is none."
+    )
+    range_noise: float | None = Field(
+        None, ge=0.0, description="Standard deviation of ranges in metres; by default as the laser has it."
+    )
+    dropouts: float | None = Field(
+        None, ge=0.0, le=1.0, description="Share of beams that come back empty; by default the laser's."
+    )

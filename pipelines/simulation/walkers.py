@@ -54,9 +54,7 @@ class Walkers:
         goals[self._generator.choice(self._nodes, size=_CHOICES)] = True
         goals[self._ends[i]] = False
         nodes = self._lattice.cheapest_path(self._ends[i], goals)
-        self._paths[i] = np.concatenate(
-            [self._lattice.poses_of(np.array(nodes[:1]))[:, :2], self._lattice.drive(nodes)[0][:, :2]]
-        )
+        self._paths[i] = self._lattice.drive(nodes).map_from_base[:, :2]
         self._lengths[i] = lengths_along(self._paths[i])
         self._walked[i], self._ends[i] = 0.0, nodes[-1]
 

@@ -12,9 +12,10 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.messages import TRANSFORMS, ros2_types
 from racecar.pipelines.simulation.floor_canvas import draw_ring
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, UST_10LX
-from racecar.pipelines.simulation.simulator import LaserSweep, Simulation
+from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 if TYPE_CHECKING:
     from tests.pipelines.live.bus import BusNode
@@ -33,18 +34,18 @@ def simulation() -> Simulation:
 
 
 @cache
-def recorded() -> list[tuple[int, LaserSweep | tuple[Odometry, Odometry], Pose]]:
+def recorded() -> list[tuple[int, Scan | tuple[Odometry, Odometry], Pose]]:
     """What the car says, when, and where it truly is then."""
     drive = simulation()
     truth = dict(zip(drive.ground_truth.stamps.tolist(), drive.ground_truth.map_from_base, strict=True))
     # A sweep is sent when its last beam is in.
     last_beam = round(UST_10LX.time_offsets[-1] * 1e9)
-    sweeps = [(sweep.stamp + last_beam, sweep, truth[sweep.stamp]) for sweep in drive.sweeps()]
+    scans = [(scan.stamp + last_beam, scan, truth[scan.stamp]) for scan in drive.scans()]
     samples = [
         (measured.stamp, (measured, true), true.odom_from_base)
         for measured, true in zip(drive.odometry(), drive.true_odometry(), strict=True)
     ]
-    return sorted([*sweeps, *samples], key=lambda each: each[0])
+    return sorted([*scans, *samples], key=lambda each: each[0])
 
 
 class LiveCar:
@@ -141,19 +142,17 @@ class LiveCar:
         for due, said, truth in recorded():
             bus.at(bus.monotonic + due - first, partial(self._say, said, truth, bus.wall - first))
 
-    def _say(
-        self, said: LaserSweep | tuple[Odometry, Odometry], truth: Pose, wall_from_recorded: int
-    ) -> None:
-        measured = said.stamp if isinstance(said, LaserSweep) else said[0].stamp
+    def _say(self, said: Scan | tuple[Odometry, Odometry], truth: Pose, wall_from_recorded: int) -> None:
+        measured = said.stamp if isinstance(said, Scan) else said[0].stamp
         self.place = self.by_time[measured + wall_from_recorded] = truth
         stamp = measured + wall_from_recorded + self.shift
-        if isinstance(said, LaserSweep):
+        if isinstance(said, Scan):
             self._send_scan(said, self.restamp_scan(stamp), truth)
         else:
             self._send_imu(-0.02 - said[1].twist[2], stamp)
             self._send_odometry(said[0], self.restamp_odometry(stamp), truth)
 
-    def _send_scan(self, sweep: LaserSweep, stamp: int, truth: Pose) -> None:
+    def _send_scan(self, scan: Scan, stamp: int, truth: Pose) -> None:
         from sensor_msgs.msg import LaserScan
 
         from racecar.pipelines.live.ros.messages import header, time_message
@@ -169,7 +168,7 @@ class LiveCar:
             scan_time=UST_10LX.scan_time,
             range_min=UST_10LX.range_min,
             range_max=UST_10LX.range_max,
-            ranges=array("f", sweep.ranges.tobytes()),
+            ranges=array("f", scan.ranges),
         )
         self.spoil(message)
         self.truth[stamp] = self.undisturbed[stamp - self.shift] = truth

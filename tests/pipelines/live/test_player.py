@@ -13,8 +13,8 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.bags.messages import nanoseconds
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, UST_10LX
-from racecar.pipelines.simulation.simulator import LaserSweep
 from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 from tests.pipelines.live.live_car import recorded
 from tests.pipelines.live.stage import car_stage, wait_for
 
@@ -119,9 +119,10 @@ def write_paused_drive(path: Path) -> None:
             if due > first + 30 * SECOND:
                 break
             shift = 40 * SECOND if due > first + 15 * SECOND else 0
-            if isinstance(said, LaserSweep):
+            if isinstance(said, Scan):
                 shape = (laser.angle_min, laser.angle_increment, laser.time_increment, laser.scan_time)
-                writer.write_scan(said.stamp + shift, said.ranges, *shape, laser.range_min, laser.range_max)
+                ranges = said.ranges.astype(np.float32)
+                writer.write_scan(said.stamp + shift, ranges, *shape, laser.range_min, laser.range_max)
             else:
                 writer.write_odometry(replace(said[0], stamp=said[0].stamp + shift))
 

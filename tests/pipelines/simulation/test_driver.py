@@ -19,16 +19,17 @@ from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
 from racecar.pipelines.simulation.car import BODY_CENTERS, BODY_RADIUS, MAX_STEERING, WHEELBASE, Car
-from racecar.pipelines.simulation.coverage_route import Route, choose_start, plan_route
 from racecar.pipelines.simulation.driver import TICK, CarMotion, drive_route
 from racecar.pipelines.simulation.driving_lattice import (
     MIN_TURNING_RADIUS,
     DrivingLattice,
+    Route,
     clearance_field,
     curves_from,
 )
 from racecar.pipelines.simulation.floor_canvas import FloorCanvas
 from racecar.pipelines.simulation.path_smoothing import lengths_along, resample, smooth_path
+from racecar.pipelines.simulation.routes import choose_start, round_trip
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Trip:
 
 def go(grid: OccupancyGrid, max_speed: float = 2.0, rounds: int = 1, seconds: float = np.inf) -> Trip:
     lattice = DrivingLattice(grid)
-    route = plan_route(lattice, choose_start(grid, lattice, None))
+    route = round_trip(lattice, choose_start(grid, lattice, None))
     drive = drive_route(route, grid, lattice.clearance, max_speed, rounds, seconds)
     return Trip(grid, route, drive)
 
@@ -194,7 +195,7 @@ def test_the_cheapest_path_costs_what_scipy_says(lattice: DrivingLattice, seed: 
     nodes = lattice.cheapest_path(int(start), goals)
     cost = sum(lattice.graph[a, b] for a, b in itertools.pairwise(nodes))
     assert cost == pytest.approx(dijkstra(lattice.graph, indices=int(start))[ends].min())
-    path, _ = lattice.drive(nodes)
+    path = lattice.drive(nodes).map_from_base
     np.testing.assert_allclose(path[-1], lattice.poses_of(np.array(nodes[-1:]))[0], atol=1e-9)
 
 

@@ -64,15 +64,14 @@ def poses_at_beams(simulation: Simulation, scan: Scan) -> Pose:
 
 
 def test_end_points_lie_on_walls_when_seen_from_where_the_laser_was(clean: Simulation) -> None:
-    for sweep in list(clean.sweeps())[::20]:
-        scan = sweep.as_scan()
+    for scan in list(clean.scans())[::20]:
         points = end_points(scan, poses_at_beams(clean, scan))
         assert share_on_walls(points) > 0.99
 
 
 def test_at_speed_a_scan_is_distorted_by_the_motion(clean: Simulation) -> None:
     index = int(np.argmax(np.abs(clean.drive.speed[:: UST_10LX.period_ticks][: len(clean.ground_truth)])))
-    scan = list(clean.sweeps())[index].as_scan()
+    scan = list(clean.scans())[index]
     still = end_points(scan, clean.ground_truth.map_from_base[index])
     true = end_points(scan, poses_at_beams(clean, scan))
     assert np.linalg.norm(still - true, axis=1).max() > 0.05
@@ -138,8 +137,8 @@ def test_a_standing_car_has_quiet_odometry() -> None:
 
 def test_range_noise_and_dropouts_are_as_asked_for() -> None:
     noisy, exact = simulate(duration=1.0, range_noise=0.02, dropouts=0.05), simulate(duration=1.0, **CLEAN)
-    measured = np.array([sweep.ranges for sweep in noisy.sweeps()])
-    true = np.array([sweep.ranges for sweep in exact.sweeps()])
+    measured = np.array([scan.ranges for scan in noisy.scans()])
+    true = np.array([scan.ranges for scan in exact.scans()])
     assert np.mean(np.isinf(measured[np.isfinite(true)])) == pytest.approx(0.05, abs=0.005)
     error = (measured - true)[np.isfinite(measured) & np.isfinite(true)]
     assert error.std() == pytest.approx(0.02, rel=0.05)
@@ -184,8 +183,8 @@ def test_the_bag_holds_what_was_simulated(tmp_path: Path, clean: Simulation, nam
     scans = [message for message in messages if isinstance(message, Scan)]
     assert [scan.stamp for scan in scans] == clean.ground_truth.stamps.tolist()
     assert [m.stamp for m in messages if isinstance(m, Odometry)] == [m.stamp for m in clean.odometry()]
-    for scan, sweep in zip(scans, clean.sweeps(), strict=True):
-        np.testing.assert_array_equal(scan.ranges, sweep.ranges.astype(np.float64))
+    for scan, made in zip(scans, clean.scans(), strict=True):
+        np.testing.assert_array_equal(scan.ranges, made.ranges)
     np.testing.assert_allclose(scans[0].time_offsets, UST_10LX.time_offsets, atol=1e-6)
     np.testing.assert_allclose(scans[0].bearings, UST_10LX.bearings, atol=1e-4)
 
@@ -229,7 +228,7 @@ def test_walkers_walk_in_the_free_at_a_persons_pace() -> None:
 
 def test_walkers_are_seen_and_hide_what_is_behind_them() -> None:
     alone, crowded = simulate(duration=2.0, **CLEAN), simulate(duration=2.0, walkers=20, **CLEAN)
-    differences = [a.ranges - b.ranges for a, b in zip(alone.sweeps(), crowded.sweeps(), strict=True)]
+    differences = [a.ranges - b.ranges for a, b in zip(alone.scans(), crowded.scans(), strict=True)]
     stacked = np.nan_to_num(np.array(differences))
     assert np.all(stacked >= 0.0)
     assert np.count_nonzero(stacked > 0.1) > 1000
@@ -280,7 +279,7 @@ def test_a_bag_with_an_imu_is_read_as_it_was_simulated(tmp_path: Path) -> None:
 
 def test_what_is_seen_over_hills_by_whoever_looks_twice_is_the_same() -> None:
     simulation = simulate(duration=1.0, hills=0.1, tilt=3.0, posts=2, follower=True, walkers=2)
-    first, second = (np.array([sweep.ranges for sweep in simulation.sweeps()]) for _ in range(2))
+    first, second = (np.array([scan.ranges for scan in simulation.scans()]) for _ in range(2))
     np.testing.assert_array_equal(first, second)
 
 
