@@ -1,6 +1,7 @@
 """``racecar experiment``: a command for each experiment of the catalogue, and one for all of them."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -27,6 +28,7 @@ from racecar.pipelines.experiments.catalogue import CATALOGUE, ExperimentEntry, 
 
 if TYPE_CHECKING:
     from racecar.pipelines.experiments.recording import Recording
+    from racecar.pipelines.files.config_file import Config
 
 _ResultFolderOption = Annotated[
     OutputFolderOption,
@@ -132,22 +134,22 @@ add_command(
 
 def _run(name: str, entries: Sequence[ExperimentEntry], flags: Mapping[str, Any]) -> None:
     """Run experiments; those of ``all`` are put on a page too."""
-    recording = _recording(flags)
-
     from rich.box import MARKDOWN
     from rich.console import Console
 
     from racecar.maps.whole_files import write_atomically
     from racecar.pipelines.commands.tables import figure_table, page
+    from racecar.pipelines.experiments.experiment import ExperimentSettings
     from racecar.pipelines.experiments.html_report import html_report
+    from racecar.pipelines.experiments.page import Page
     from racecar.pipelines.experiments.recording import with_known_start
-    from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
     from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
-    localization, seed, quiet = load_config(flags["config"]).localization, flags["seed"], flags["quiet"]
+    config, seed, quiet = load_config(flags["config"]), flags["seed"], flags["quiet"]
+    localization, recording = config.localization, _recording(flags, config)
     report = Report(f"racecar experiment {name}")
     report.add("inputs", {"seed": seed, "quick": flags["quick"], "settings": localization.model_dump()})
     if recording is not None:
@@ -158,7 +160,7 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: Mapping[str, Any]
     settings = ExperimentSettings(localization, seed, flags["quick"], recording)
     parallel = ParallelRuns(flags["scheduler"], quiet)
     announce, tables = Console(stderr=True, quiet=quiet, highlight=False), page(quiet=quiet)
-    done: dict[str, ExperimentResult] = {}
+    done: dict[str, Page] = {}
     with output_folder(flags["out"]) as folder:
         for number, entry in enumerate(entries, start=1):
             announce.print(f"{number}/{len(entries)} {entry.name}", markup=False)
@@ -179,7 +181,7 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: Mapping[str, Any]
     tables.print(where_to_look(flags["out"], shown, flags["json"]), markup=False, soft_wrap=True)
 
 
-def _recording(flags: Mapping[str, Any]) -> "Recording | None":
+def _recording(flags: Mapping[str, Any], config: "Config") -> "Recording | None":
     """What was given. Raises UserError at once, rather than after minutes, for any fault of it."""
     from racecar.maps.errors import UserError
     from racecar.pipelines.experiments.recording import bag_recording
@@ -192,7 +194,7 @@ def _recording(flags: Mapping[str, Any]) -> "Recording | None":
     return bag_recording(
         flags["bag"],
         flags["map"],
-        ReadingFlags(**topics).parsed(),
+        partial(ReadingFlags(**topics).parsed().open, flags["bag"], config.sensors),
         flags["initial_pose"],
         _numbers(flags["end_pose"]),
     )

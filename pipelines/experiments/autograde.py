@@ -6,15 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.pipelines.experiments.figures import (
-    COLORS,
-    COURSE_NAME,
-    MAP_OF_NUMBERS,
-    OURS_NAME,
-    Pictures,
-    draw_map,
-    height_of_map,
-)
+from racecar.pipelines.experiments.experiment import ExperimentSettings
 from racecar.pipelines.experiments.filters import (
     FilterSettings,
     Measured,
@@ -26,10 +18,14 @@ from racecar.pipelines.experiments.filters import (
     sweep,
     track,
 )
-from racecar.pipelines.experiments.result import (
-    ExperimentResult,
-    ExperimentSettings,
-    FigureTable,
+from racecar.pipelines.experiments.page import (
+    COLORS,
+    COURSE_NAME,
+    MAP_OF_NUMBERS,
+    OURS_NAME,
+    Page,
+    draw_map,
+    height_of_map,
     plus_minus,
 )
 from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
@@ -46,7 +42,7 @@ _MAP = "track"
 _START = (0.1, 0.1, 0.05)
 
 
-def autograde(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
+def autograde(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
     """Three scenarios, 10 seeds each (2 on a shorter drive when quick)."""
     seeds, seconds = (2, 10.0) if settings.quick else (10, 30.0)
     configs = {
@@ -64,24 +60,24 @@ def autograde(settings: ExperimentSettings, parallel: ParallelRuns) -> Experimen
         f"{figures['reference_over_ours'].mean():.1f} ({scenario})" for scenario, figures in grades.items()
     )
     firsts = {scenario: simulated_drive(_MAP, config) for scenario, config in configs.items()}
-    return ExperimentResult(
+    page = Page(
         "Autograder: deviation from the truth on a fixed drive",
-        [
-            "The same drive on the shipped track under three scenarios: sensors without any noise, with "
-            "the slight noise of a well kept car, and with full noise (scale errors of per cents, slip, "
-            f"ranges with 3 cm of noise, lost beams). Each with {seeds} seeds. The reference is a filter "
-            f"written plainly as the course teaches it: {CourseSettings().particles} particles, "
-            f"{CourseSettings().beams} beams, the course's sensor table, Gaussian motion noise. The "
-            "deviation d is the mean distance from the true place over all scans.",
-            "The course's grade is max(0, 1 − max(0, d − d_ref)) with d in metres. It stops at 1: a filter "
-            "that is nearer to the truth than the reference gets the same as an equal one, and one that is "
-            "ten centimetres worse loses no more than a tenth. The second grade is d_ref / d: 1 is as good "
-            f"as the reference, 2 is twice as near to the truth. It is {ratios}.",
-        ],
-        [_table(grades)],
-        grades,
-        _pictures(runs, firsts),
+        "The same drive on the shipped track under three scenarios: sensors without any noise, with "
+        "the slight noise of a well kept car, and with full noise (scale errors of per cents, slip, "
+        f"ranges with 3 cm of noise, lost beams). Each with {seeds} seeds. The reference is a filter "
+        f"written plainly as the course teaches it: {CourseSettings().particles} particles, "
+        f"{CourseSettings().beams} beams, the course's sensor table, Gaussian motion noise. The "
+        "deviation d is the mean distance from the true place over all scans.",
+        "The course's grade is max(0, 1 − max(0, d − d_ref)) with d in metres. It stops at 1: a filter "
+        "that is nearer to the truth than the reference gets the same as an equal one, and one that is "
+        "ten centimetres worse loses no more than a tenth. The second grade is d_ref / d: 1 is as good "
+        f"as the reference, 2 is twice as near to the truth. It is {ratios}.",
     )
+    page.figures |= grades
+    _tabulate(page, grades)
+    _draw(page, runs, firsts)
+    _draw_path(page, firsts["full"], 100 * runs["full", OURS_NAME]["errors_m"][0])
+    return page
 
 
 def grade_drive(config: SimulationConfig, variant: FilterSettings, seed: int) -> dict[str, Any]:
@@ -113,8 +109,8 @@ def graded(runs: Mapping[str, Measured]) -> dict[str, Any]:
     }
 
 
-def _table(grades: Mapping[str, Mapping[str, Any]]) -> FigureTable:
-    return FigureTable(
+def _tabulate(page: Page, grades: Mapping[str, Mapping[str, Any]]) -> None:
+    page.table(
         "Mean absolute deviation, mean ± standard deviation over the seeds",
         (
             *("scenario", "d (m)", "d of the reference (m)", "heading (°)", "heading of the reference (°)"),
@@ -133,13 +129,12 @@ def _table(grades: Mapping[str, Mapping[str, Any]]) -> FigureTable:
     )
 
 
-def _pictures(runs: Mapping[tuple[str, str], Measured], firsts: Mapping[str, SimulatedDrive]) -> Pictures:
-    pictures = Pictures()
+def _draw(page: Page, runs: Mapping[tuple[str, str], Measured], firsts: Mapping[str, SimulatedDrive]) -> None:
     shows = (
         "Mean distance from the true place, by scenario and filter; the bars' ends are the mean over the "
         "seeds, the whiskers their standard deviation."
     )
-    with pictures.draw("autograde", 62, shows, legend_columns=2) as figure:
+    with page.draw("autograde", 62, shows, legend_columns=2) as figure:
         axes = figure.subplots()
         for shift, name in ((-0.2, OURS_NAME), (0.2, COURSE_NAME)):
             centimetres = [100 * runs[scenario, name]["deviation_m"] for scenario in firsts]
@@ -157,7 +152,7 @@ def _pictures(runs: Mapping[tuple[str, str], Measured], firsts: Mapping[str, Sim
         axes.set(xlabel="noise of the sensors", ylabel="mean deviation (cm)")
         axes.grid(visible=False, axis="x")
     shows = "The distance from the true place over time, for each scenario, first seed."
-    with pictures.draw("autograde-deviation", 100, shows, legend_columns=2) as figure:
+    with page.draw("autograde-deviation", 100, shows, legend_columns=2) as figure:
         panels = figure.subplots(len(firsts), 1, sharex=True, sharey=True)
         for axes, (scenario, drive) in zip(panels, firsts.items(), strict=True):
             seconds = drive.truth.stamps * 1e-9
@@ -168,18 +163,16 @@ def _pictures(runs: Mapping[tuple[str, str], Measured], firsts: Mapping[str, Sim
             title = f"{scenario} noise".replace("no noise noise", "no noise")
             axes.set(title=title, ylabel="deviation (cm)")
         panels[-1].set_xlabel("time (s)")
-    _draw_path(pictures, firsts["full"], 100 * runs["full", OURS_NAME]["errors_m"][0])
-    return pictures
 
 
-def _draw_path(pictures: Pictures, drive: SimulatedDrive, centimetres: NDArray[np.float64]) -> None:
+def _draw_path(page: Page, drive: SimulatedDrive, centimetres: NDArray[np.float64]) -> None:
     places = drive.truth.map_from_base[:, :2]
     low, high = places.min(axis=0) - 2.0, places.max(axis=0) + 2.0
     shows = (
         "The drive on the map; the colour shows how far this library's filter was from it under full noise, "
         "first seed."
     )
-    with pictures.draw("autograde-path", height_of_map(low, high, around_mm=26), shows) as figure:
+    with page.draw("autograde-path", height_of_map(low, high, around_mm=26), shows) as figure:
         axes = figure.subplots()
         draw_map(axes, drive.grid, low, high)
         drawn = axes.scatter(

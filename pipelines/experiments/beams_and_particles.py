@@ -1,6 +1,5 @@
 """What beams and particles buy, and what they cost."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.warm_up import warm_up
 from racecar.maps.geometry.se2 import between
-from racecar.pipelines.experiments.figures import MAP_OF_NUMBERS, Pictures, show_plain_ticks
+from racecar.pipelines.experiments.experiment import ExperimentSettings
 from racecar.pipelines.experiments.filters import (
     Track,
     place_errors,
@@ -20,7 +19,7 @@ from racecar.pipelines.experiments.filters import (
     track,
     with_particles,
 )
-from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
+from racecar.pipelines.experiments.page import MAP_OF_NUMBERS, Page, show_plain_ticks
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
@@ -32,7 +31,7 @@ _START = (0.1, 0.1, 0.05)
 _TIMED_SCANS = 60
 
 
-def beams_and_particles(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
+def beams_and_particles(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
     """All pairs; 3 seeds for the accuracy. When quick, fewer of both, one seed and a shorter drive."""
     beams = _BEAMS[::2] if settings.quick else _BEAMS
     particles = _PARTICLES[::3] if settings.quick else _PARTICLES
@@ -59,7 +58,7 @@ def beams_and_particles(settings: ExperimentSettings, parallel: ParallelRuns) ->
     return weighed_up(figures, settings.localization)
 
 
-def weighed_up(figures: dict[str, Any], chosen: LocalizationConfig) -> ExperimentResult:
+def weighed_up(figures: dict[str, Any], chosen: LocalizationConfig) -> Page:
     """Of the beams and the particles, metres (beams, particles, seeds) and milliseconds (beams, particles),
     beside the configuration in use."""
     errors, leads, scatters = (
@@ -68,38 +67,31 @@ def weighed_up(figures: dict[str, Any], chosen: LocalizationConfig) -> Experimen
     beams, particles, seeds = figures["beams"], figures["particles"], figures["errors_m"].shape[2]
     times = figures["measured_times"]["milliseconds_per_update"]
     best = np.unravel_index(np.argmin(errors), errors.shape)
-    pictures = Pictures()
+    page = Page(
+        "Beams and particles: accuracy against time",
+        f"Drives of the shipped track with full odometry noise, {seeds} seeds, the "
+        "number of particles held fixed. The error is the mean distance to the truth over the drive; "
+        "the time is the median of an update, measured one after the other with nothing beside it, so "
+        "it depends on the machine and is not the same twice.",
+        f"The smallest error, {errors[best]:.1f} cm, has {beams[best[0]]} beams and "
+        f"{particles[best[1]]} particles at {times[best]:.1f} ms; the largest is "
+        f"{errors.max():.1f} cm. The configuration in use has {chosen.beams} beams and at most "
+        f"{chosen.particles} particles.",
+        _what_more_beams_do(beams, leads.mean(axis=1), scatters.mean(axis=1)),
+    )
+    page.figures |= figures
     for name, values, shows, label, norm in (
         ("error", errors, "Mean distance to the truth in centimetres", "mean error (cm)", Normalize()),
         ("time", times, "Time of an update in milliseconds", "time of an update (ms)", LogNorm()),
     ):
         shows += ", for each number of beams and particles."
-        _draw_heat_map(pictures, f"beams-and-particles-{name}", shows, figures, values, label, norm)
-    return ExperimentResult(
-        "Beams and particles: accuracy against time",
-        [
-            f"Drives of the shipped track with full odometry noise, {seeds} seeds, the "
-            "number of particles held fixed. The error is the mean distance to the truth over the drive; "
-            "the time is the median of an update, measured one after the other with nothing beside it, so "
-            "it depends on the machine and is not the same twice.",
-            f"The smallest error, {errors[best]:.1f} cm, has {beams[best[0]]} beams and "
-            f"{particles[best[1]]} particles at {times[best]:.1f} ms; the largest is "
-            f"{errors.max():.1f} cm. The configuration in use has {chosen.beams} beams and at most "
-            f"{chosen.particles} particles.",
-            _what_more_beams_do(beams, leads.mean(axis=1), scatters.mean(axis=1)),
-        ],
-        [
-            _table(
-                figures,
-                "Mean distance to the truth (cm), mean ± standard deviation over the seeds",
-                *(errors, 100 * figures["errors_m"].std(axis=2)),
-            ),
-            _table(figures, "Lead along the path (cm), mean ± scatter along the path", leads, scatters),
-            _table(figures, "Time of an update (ms)", times),
-        ],
-        figures,
-        pictures,
-    )
+        _draw_heat_map(page, f"beams-and-particles-{name}", shows, values, label, norm)
+    spreads = 100 * figures["errors_m"].std(axis=2)
+    title = "Mean distance to the truth (cm), mean ± standard deviation over the seeds"
+    _tabulate(page, title, errors, spreads)
+    _tabulate(page, "Lead along the path (cm), mean ± scatter along the path", leads, scatters)
+    _tabulate(page, "Time of an update (ms)", times)
+    return page
 
 
 def _what_more_beams_do(
@@ -117,29 +109,28 @@ def _what_more_beams_do(
     )
 
 
-def _table(figures: Mapping[str, Any], title: str, *values: NDArray[np.float64]) -> FigureTable:
+def _tabulate(page: Page, title: str, *values: NDArray[np.float64]) -> None:
     """Of values (beams, particles), or of means and what they scatter by."""
     cells = [
         [" ± ".join(f"{each:.2f}" for each in cell) for cell in row] for row in np.stack(values, axis=-1)
     ]
-    return FigureTable(
+    page.table(
         title,
-        ("beams", *(f"{count} particles" for count in figures["particles"])),
-        [(f"{count}", *row) for count, row in zip(figures["beams"], cells, strict=True)],
+        ("beams", *(f"{count} particles" for count in page.figures["particles"])),
+        [(f"{count}", *row) for count, row in zip(page.figures["beams"], cells, strict=True)],
     )
 
 
 def _draw_heat_map(
-    pictures: Pictures,
+    page: Page,
     name: str,
     shows: str,
-    figures: Mapping[str, Any],
     values: NDArray[np.float64],
     label: str,
     norm: Normalize,
 ) -> None:
-    particles, beams = figures["particles"], figures["beams"]
-    with pictures.draw(name, 62, shows) as figure:
+    particles, beams = page.figures["particles"], page.figures["beams"]
+    with page.draw(name, 62, shows) as figure:
         axes = figure.subplots()
         image = axes.imshow(values, cmap=MAP_OF_NUMBERS, norm=norm, origin="lower", aspect="auto")
         for (row, column), value in np.ndenumerate(values):

@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from racecar.pipelines.experiments.result import Experiment
+    from racecar.pipelines.experiments.experiment import Experiment
 
 
 class Uses(Flag):

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import IDENTITY
-from racecar.pipelines.experiments.figures import COLORS, Pictures, show_plain_ticks
+from racecar.pipelines.experiments.experiment import ExperimentSettings
 from racecar.pipelines.experiments.filters import (
     FilterSettings,
     Measured,
@@ -18,13 +18,8 @@ from racecar.pipelines.experiments.filters import (
     track,
 )
 from racecar.pipelines.experiments.lab_room import CircleDrive, draw_lab_room
+from racecar.pipelines.experiments.page import COLORS, Page, plus_minus, show_plain_ticks
 from racecar.pipelines.experiments.recording import Recording
-from racecar.pipelines.experiments.result import (
-    ExperimentResult,
-    ExperimentSettings,
-    FigureTable,
-    plus_minus,
-)
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 _SPREAD = (0.5, 0.5, 0.25)
@@ -36,7 +31,7 @@ SMALL = 0.5
 _FIGURES = ("seconds_until_small", "extent_afterwards_m", "deviation_afterwards_m")
 
 
-def convergence(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
+def convergence(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
     """Both filters in the lab room, 20 seeds (3 when quick), and on a recording when there is one."""
     places: dict[str, Recording | None] = {"lab room": None}
     if settings.recording is not None:
@@ -83,62 +78,58 @@ def collapse(
     }
 
 
-def converged(runs: Mapping[tuple[str, str], Measured]) -> ExperimentResult:
+def converged(runs: Mapping[tuple[str, str], Measured]) -> Page:
     """Of what was measured, by where it was driven and by filter."""
     places = list(dict.fromkeys(place for place, _ in runs))
-    return ExperimentResult(
+    page = Page(
         "Convergence: from a spread of 0.5 m",
-        [
-            f"The particles start spread normally by {_SPREAD[0]:g} m in x and y and {_SPREAD[2]:g} rad "
-            "about a pose that is itself off by a draw from the same spread; "
-            f"{len(next(iter(runs.values()))['seconds'])} seeds. The extent of "
-            "the cloud is its last particle less its first, in x and in y. It is small when both stay "
-            f"below {SMALL:g} m until the end.",
-            "The extent is a hard measure: one particle out of thousands decides it. This library's filter "
-            "always tries a few particles away from the cloud, to find the car again when it is lost, so "
-            "the standard deviation is given as well.",
-        ],
-        [
-            FigureTable(
-                "Mean ± standard deviation over the seeds",
-                (
-                    *("drive", "filter", "seeds", "time until small (s)", "not small"),
-                    *("extent afterwards (m)", "standard deviation afterwards (m)"),
-                ),
-                [
-                    (
-                        *(place, name, f"{len(found['seconds'])}"),
-                        plus_minus(found["seconds_until_small"], 2),
-                        f"{np.isnan(found['seconds_until_small']).sum()}",
-                        plus_minus(found["extent_afterwards_m"], 3),
-                        plus_minus(found["deviation_afterwards_m"], 4),
-                    )
-                    for (place, name), found in runs.items()
-                ],
-            )
-        ],
-        {
-            place: {
-                name: {figure: found[figure] for figure in _FIGURES}
-                for (at, name), found in runs.items()
-                if at == place
-            }
-            for place in places
-        },
-        _pictures(runs, places),
+        f"The particles start spread normally by {_SPREAD[0]:g} m in x and y and {_SPREAD[2]:g} rad "
+        "about a pose that is itself off by a draw from the same spread; "
+        f"{len(next(iter(runs.values()))['seconds'])} seeds. The extent of "
+        "the cloud is its last particle less its first, in x and in y. It is small when both stay "
+        f"below {SMALL:g} m until the end.",
+        "The extent is a hard measure: one particle out of thousands decides it. This library's filter "
+        "always tries a few particles away from the cloud, to find the car again when it is lost, so "
+        "the standard deviation is given as well.",
     )
+    page.table(
+        "Mean ± standard deviation over the seeds",
+        (
+            *("drive", "filter", "seeds", "time until small (s)", "not small"),
+            *("extent afterwards (m)", "standard deviation afterwards (m)"),
+        ),
+        [
+            (
+                *(place, name, f"{len(found['seconds'])}"),
+                plus_minus(found["seconds_until_small"], 2),
+                f"{np.isnan(found['seconds_until_small']).sum()}",
+                plus_minus(found["extent_afterwards_m"], 3),
+                plus_minus(found["deviation_afterwards_m"], 4),
+            )
+            for (place, name), found in runs.items()
+        ],
+    )
+    page.figures |= {
+        place: {
+            name: {figure: found[figure] for figure in _FIGURES}
+            for (at, name), found in runs.items()
+            if at == place
+        }
+        for place in places
+    }
+    _draw(page, runs, places)
+    return page
 
 
-def _pictures(runs: Mapping[tuple[str, str], Measured], places: list[str]) -> Pictures:
+def _draw(page: Page, runs: Mapping[tuple[str, str], Measured], places: list[str]) -> None:
     """The clouds over time, a figure for each place."""
-    pictures = Pictures()
     for number, place in enumerate(places, start=1):
         shows = (
             f"The cloud over time, {place}: above its extent, the larger of x and y; below its standard "
             "deviation. Lines are the median over the seeds, bands hold eight seeds of ten."
         )
         suffix = "" if number == 1 else f"-{number}"
-        with pictures.draw(f"convergence{suffix}", 98, shows, legend_columns=3) as figure:
+        with page.draw(f"convergence{suffix}", 98, shows, legend_columns=3) as figure:
             panels = figure.subplots(2, 1, sharex=True)
             for name, found in ((name, found) for (at, name), found in runs.items() if at == place):
                 for axes, values in zip(panels, (found["extents_m"], found["deviations_m"]), strict=True):
@@ -152,4 +143,3 @@ def _pictures(runs: Mapping[tuple[str, str], Measured], places: list[str]) -> Pi
             panels[1].set(xlabel="time (s)", xlim=(0, _SHOWN))
             show_plain_ticks(panels[0].yaxis, (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5))
             show_plain_ticks(panels[1].yaxis, (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1))
-    return pictures

@@ -16,7 +16,7 @@ from racecar.maps.geometry.se2 import Pose, wrap_angle
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.pipelines.bags.replay import ScanConsumer, replay
-from racecar.pipelines.experiments.figures import COURSE_NAME, OURS_NAME
+from racecar.pipelines.experiments.page import COURSE_NAME, OURS_NAME
 from racecar.pipelines.runs.evaluation.course_filter import CourseEstimate, CourseFilter, CourseSettings
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive, simulate_drive

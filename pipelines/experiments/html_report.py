@@ -4,8 +4,8 @@ from base64 import b64encode
 from collections.abc import Iterator, Mapping
 from html import escape
 
-from racecar.pipelines.experiments.figures import Picture
-from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
+from racecar.pipelines.experiments.experiment import ExperimentSettings
+from racecar.pipelines.experiments.page import FigureTable, Page, Picture
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1b1f24; max-width: 38rem; margin: 2rem auto;
@@ -24,7 +24,7 @@ nav ol { padding-left: 1.2rem; } a { color: #0072B2; }
 """
 
 
-def html_report(experiments: Mapping[str, ExperimentResult], settings: ExperimentSettings) -> str:
+def html_report(experiments: Mapping[str, Page], settings: ExperimentSettings) -> str:
     """The page; figures are held in it, so that one file can be handed in."""
     contents = "\n".join(
         f'<li><a href="#{name}">{escape(result.title)}</a></li>' for name, result in experiments.items()
@@ -61,7 +61,7 @@ as MIT's robotics course (RSS, lab 5) teaches it (course), unless their legend s
 """
 
 
-def _section(name: str, result: ExperimentResult, numbers: Iterator[int]) -> str:
+def _section(name: str, result: Page, numbers: Iterator[int]) -> str:
     paragraphs = "\n".join(f"<p>{escape(paragraph)}</p>" for paragraph in result.text)
     figures = "\n".join(_figure(picture, next(numbers)) for picture in result.pictures)
     tables = "\n".join(_table(table) for table in result.tables)

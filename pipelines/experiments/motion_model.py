@@ -9,9 +9,9 @@ from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.maps.geometry.se2 import Pose, chained
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from racecar.pipelines.experiments.figures import BLUE, GREEN, ORANGE, TRUTH, VERMILLION, Pictures
+from racecar.pipelines.experiments.experiment import ExperimentSettings
 from racecar.pipelines.experiments.filters import with_motion_noise, with_particles
-from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
+from racecar.pipelines.experiments.page import BLUE, GREEN, ORANGE, TRUTH, VERMILLION, Page
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
@@ -27,7 +27,7 @@ _TINY = 1e-9
 """Metres and radians: no noise, to a filter that divides by it."""
 
 
-def motion_model(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
+def motion_model(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
     """The same drive without noise and with noise."""
     config = settings.localization
     variants = {"without noise": with_motion_noise(config, _TINY), "with noise": config}
@@ -35,34 +35,32 @@ def motion_model(settings: ExperimentSettings, parallel: ParallelRuns) -> Experi
     driven = parallel.here("Motion model", drive_blindly, arguments)
     clouds = dict(zip(variants, driven, strict=True))
     deviations = {name: [_deviation(cloud) for cloud in of_one] for name, of_one in clouds.items()}
-    return ExperimentResult(
+    page = Page(
         "Motion model: what odometry noise does to the particles",
-        [
-            f"A car drives {_length():.1f} m: straight, a quarter turn to the left of {_RADIUS:g} m radius, "
-            f"and straight. {_PARTICLES} particles start in one point and follow its odometry; the scans are "
-            "empty, so nothing pulls them together. Without noise they stay in one point, and a filter "
-            "could never recover from an error of the odometry. With the noise in use the cloud grows along "
-            "the path and bends, because an error in heading becomes one in place later on."
-        ],
-        [
-            FigureTable(
-                "Standard deviation of the particles' place along the path",
-                ("noise", *(f"after {distance:g} m (m)" for distance in _SHOWN_AFTER)),
-                [(name, *(f"{value:.3f}" for value in values)) for name, values in deviations.items()],
-            )
-        ],
-        {name: {"distance_m": _SHOWN_AFTER, "deviation_m": values} for name, values in deviations.items()},
-        _pictures(clouds),
+        f"A car drives {_length():.1f} m: straight, a quarter turn to the left of {_RADIUS:g} m radius, "
+        f"and straight. {_PARTICLES} particles start in one point and follow its odometry; the scans are "
+        "empty, so nothing pulls them together. Without noise they stay in one point, and a filter "
+        "could never recover from an error of the odometry. With the noise in use the cloud grows along "
+        "the path and bends, because an error in heading becomes one in place later on.",
     )
+    page.table(
+        "Standard deviation of the particles' place along the path",
+        ("noise", *(f"after {distance:g} m (m)" for distance in _SHOWN_AFTER)),
+        [(name, *(f"{value:.3f}" for value in values)) for name, values in deviations.items()],
+    )
+    page.figures |= {
+        name: {"distance_m": _SHOWN_AFTER, "deviation_m": values} for name, values in deviations.items()
+    }
+    _draw(page, clouds)
+    return page
 
 
-def _pictures(all_clouds: Mapping[str, list[Pose]]) -> Pictures:
-    pictures = Pictures()
+def _draw(page: Page, all_clouds: Mapping[str, list[Pose]]) -> None:
     shows = (
         f"{_PARTICLES} particles at the start and after some metres of path, without noise, and with the "
         "noise in use."
     )
-    with pictures.draw("motion-model", 150, shows, legend_columns=3) as figure:
+    with page.draw("motion-model", 150, shows, legend_columns=3) as figure:
         panels = figure.subplots(len(all_clouds), 1, sharex=True, sharey=True)
         for axes, (name, clouds) in zip(panels, all_clouds.items(), strict=True):
             axes.plot(*_path()[:, :2].T, color=TRUTH, linewidth=0.8, label="odometry", zorder=4)
@@ -75,7 +73,6 @@ def _pictures(all_clouds: Mapping[str, list[Pose]]) -> Pictures:
                 axes.plot([], [], ".", color=color, markersize=6.0, label=f"{distance:g} m")
             axes.set(title=name, aspect="equal", ylabel="y (m)")
         panels[-1].set_xlabel("x (m)")
-    return pictures
 
 
 def drive_blindly(settings: LocalizationConfig, seed: int) -> list[Pose]:

@@ -9,14 +9,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import IDENTITY
-from racecar.pipelines.experiments.figures import (
-    COLORS,
-    COURSE_NAME,
-    OURS_NAME,
-    TRUTH,
-    Pictures,
-    show_plain_ticks,
-)
+from racecar.pipelines.experiments.experiment import ExperimentSettings
 from racecar.pipelines.experiments.filters import (
     FilterSettings,
     Measured,
@@ -26,11 +19,14 @@ from racecar.pipelines.experiments.filters import (
     with_motion_noise,
 )
 from racecar.pipelines.experiments.lab_room import SCAN_PERIOD, CircleDrive, draw_lab_room
-from racecar.pipelines.experiments.result import (
-    ExperimentResult,
-    ExperimentSettings,
-    FigureTable,
+from racecar.pipelines.experiments.page import (
+    COLORS,
+    COURSE_NAME,
+    OURS_NAME,
+    TRUTH,
+    Page,
     plus_minus,
+    show_plain_ticks,
 )
 from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
@@ -60,7 +56,7 @@ _FIGURES = {"seconds_to_converge": 2, "spread": 4, "mean_error": 3}
 """What is told of each, with so many digits."""
 
 
-def noise_sweep(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
+def noise_sweep(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
     """Both filters, each noise, 20 seeds (2 when quick)."""
     cases = {
         (name, noise): (variant, settings.seed)
@@ -74,53 +70,50 @@ def noise_sweep(settings: ExperimentSettings, parallel: ParallelRuns) -> Experim
     return swept({name: {noise: runs[name, noise] for noise in NOISES} for name in _OWNERS})
 
 
-def swept(responses: Responses) -> ExperimentResult:
+def swept(responses: Responses) -> Page:
     """Of step responses."""
     seeds = len(responses[OURS_NAME][NOISES[0]]["spread"])
-    return ExperimentResult(
+    page = Page(
         "Motion noise: how fast the estimate follows, and how much it then scatters",
-        [
-            f"A car drives circles of 1 m radius in a room of 10 × 8 m. After {_JUMP_AFTER:g} s it is moved "
-            "from (0, 0, 0) to (1, 1, 0) of its path, which its odometry does not notice. The estimate has "
-            f"to step after it. Each noise was tried with {seeds} seeds in both filters: this library's, "
-            "whose noise is per metre or radian of motion (all four noises of its motion model alike, and "
-            "no slip beside them), and the course's, whose noise is added by every update, 20 times a "
-            "second.",
-            f"The filter has converged when the average over {_AVERAGED} scans stays within {_WITHIN:g} m of "
-            "the car in x and in y until the end; an estimate that follows at once needs "
-            f"{_FASTEST:g} s for that. The spread is the standard deviation of the estimate about the car's "
-            "place after that.",
-            *(_choice(name, by_noise) for name, by_noise in responses.items()),
-            *_why_the_course_is_fast(responses),
-        ],
-        [
-            FigureTable(
-                "Mean ± standard deviation over the seeds",
-                (
-                    *("filter", "noise (m, rad)", "converged", "time to converge (s)"),
-                    *("spread afterwards (m)", "mean error after the jump (m)"),
-                ),
-                [
-                    (
-                        name,
-                        f"{noise:g}",
-                        f"{np.isfinite(run['seconds_to_converge']).mean():.0%}",
-                        *(plus_minus(run[key], digits) for key, digits in _FIGURES.items()),
-                    )
-                    for name, by_noise in responses.items()
-                    for noise, run in by_noise.items()
-                ],
-            )
-        ],
-        {
-            "best_noise": {name: best(by_noise) for name, by_noise in responses.items()},
-            "runs": {
-                name: {f"{noise:g}": {key: run[key] for key in _FIGURES} for noise, run in by_noise.items()}
-                for name, by_noise in responses.items()
-            },
-        },
-        _pictures(responses),
+        f"A car drives circles of 1 m radius in a room of 10 × 8 m. After {_JUMP_AFTER:g} s it is moved "
+        "from (0, 0, 0) to (1, 1, 0) of its path, which its odometry does not notice. The estimate has "
+        f"to step after it. Each noise was tried with {seeds} seeds in both filters: this library's, "
+        "whose noise is per metre or radian of motion (all four noises of its motion model alike, and "
+        "no slip beside them), and the course's, whose noise is added by every update, 20 times a "
+        "second.",
+        f"The filter has converged when the average over {_AVERAGED} scans stays within {_WITHIN:g} m of "
+        "the car in x and in y until the end; an estimate that follows at once needs "
+        f"{_FASTEST:g} s for that. The spread is the standard deviation of the estimate about the car's "
+        "place after that.",
+        *(_choice(name, by_noise) for name, by_noise in responses.items()),
+        *_why_the_course_is_fast(responses),
     )
+    page.table(
+        "Mean ± standard deviation over the seeds",
+        (
+            *("filter", "noise (m, rad)", "converged", "time to converge (s)"),
+            *("spread afterwards (m)", "mean error after the jump (m)"),
+        ),
+        [
+            (
+                name,
+                f"{noise:g}",
+                f"{np.isfinite(run['seconds_to_converge']).mean():.0%}",
+                *(plus_minus(run[key], digits) for key, digits in _FIGURES.items()),
+            )
+            for name, by_noise in responses.items()
+            for noise, run in by_noise.items()
+        ],
+    )
+    page.figures |= {
+        "best_noise": {name: best(by_noise) for name, by_noise in responses.items()},
+        "runs": {
+            name: {f"{noise:g}": {key: run[key] for key in _FIGURES} for noise, run in by_noise.items()}
+            for name, by_noise in responses.items()
+        },
+    }
+    _draw(page, responses)
+    return page
 
 
 def best(by_noise: Mapping[float, Measured]) -> float:
@@ -180,14 +173,13 @@ def _seconds(run: Measured) -> float:
     return float(np.nan_to_num(run["seconds_to_converge"], nan=np.inf).mean())
 
 
-def _pictures(responses: Responses) -> Pictures:
-    pictures = Pictures()
+def _draw(page: Page, responses: Responses) -> None:
     for name, by_noise in responses.items():
         shows = (
             f"The estimate of {_OWNERS[name]} filter over time, first seed, for each noise: x less where the "
             f"car would be without the jump, and its running average over {_AVERAGED} scans."
         )
-        with pictures.draw(f"noise-sweep-traces-{name}", 105, shows, legend_columns=3) as figure:
+        with page.draw(f"noise-sweep-traces-{name}", 105, shows, legend_columns=3) as figure:
             panels = figure.subplots(3, 2, sharex=True, sharey=True)
             for axes, (noise, run) in zip(panels.flat, by_noise.items(), strict=True):
                 _draw_trace(axes, run["offsets"][0, :, 0], COLORS[name])
@@ -200,7 +192,7 @@ def _pictures(responses: Responses) -> Pictures:
         "Time to converge and spread of the estimate afterwards against the noise: mean and standard "
         "deviation over the seeds. A noise with which some seed did not converge is shown without a time."
     )
-    with pictures.draw("noise-sweep", 100, shows, legend_columns=2) as figure:
+    with page.draw("noise-sweep", 100, shows, legend_columns=2) as figure:
         above, below = figure.subplots(2, 1, sharex=True)
         for shift, (name, by_noise) in zip((0.97, 1.03), responses.items(), strict=True):
             for axes, key, unit in ((above, "seconds_to_converge", 1.0), (below, "spread", 100.0)):
@@ -221,7 +213,6 @@ def _pictures(responses: Responses) -> Pictures:
         above.set(ylabel="time to converge (s)", ylim=(0, None))
         below.set(xlabel="motion noise (m, rad)", ylabel="spread afterwards (cm)", yscale="log")
         show_plain_ticks(below.yaxis, (1, 2, 5, 10, 20, 50))
-    return pictures
 
 
 def _draw_trace(axes: Axes, x: NDArray[np.float64], color: str) -> None:

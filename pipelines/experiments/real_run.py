@@ -12,19 +12,19 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.warm_up import warm_up
 from racecar.maps.geometry.se2 import transform_points
-from racecar.pipelines.experiments.figures import (
+from racecar.pipelines.experiments.experiment import ExperimentSettings
+from racecar.pipelines.experiments.filters import Estimate, Track, heading_errors, place_errors, track
+from racecar.pipelines.experiments.page import (
     BLUE,
     GREEN,
     PURPLE,
     VERMILLION,
-    Pictures,
+    Page,
     draw_map,
     height_of_map,
     show_plain_ticks,
 )
-from racecar.pipelines.experiments.filters import Estimate, Track, heading_errors, place_errors, track
 from racecar.pipelines.experiments.recording import Recording, stand_in
-from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
 from racecar.pipelines.files.pictures.driven_time import DrivenTime
 from racecar.pipelines.files.pictures.moments import Moment, MomentsAlong
 from racecar.pipelines.runs.evaluation.wall_fit import ON_WALL, WallFit
@@ -51,7 +51,7 @@ class LocalizedRecording:
     """Scans evenly along the path."""
 
 
-def real_run(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
+def real_run(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
     """Localize over a recording, from where it starts if that is known, else from anywhere.
 
     Without a recording a simulated drive stands in.
@@ -83,10 +83,11 @@ def localized(
     return LocalizedRecording(recording, run, judge.path_metres, np.array(shares), moments.moments)
 
 
-def seen(found: LocalizedRecording) -> ExperimentResult:
+def seen(found: LocalizedRecording) -> Page:
     """What a run shows."""
     recording, run, last = found.recording, found.run, found.run.map_from_base[-1]
-    figures: dict[str, Any] = {
+    page = Page("A run without truth", _what_was_seen(found))
+    page.figures |= {
         "recording": recording.title,
         "is_real": recording.is_real,
         "scans": len(run.stamps),
@@ -99,28 +100,27 @@ def seen(found: LocalizedRecording) -> ExperimentResult:
         "effective_sample_sizes": run.effective_sizes,
         "end_pose": last,
     }
-    text, rows = [_what_was_seen(found)], _rows(found)
+    rows = _rows(found)
     if recording.end is not None:
         end = np.array([*recording.end, 0.0][:3])
         place = float(place_errors(last[None], end[None])[0])
         heading = float(heading_errors(last[None], end[None])[0])
-        figures |= {"end_error_m": place, "end_heading_error_deg": heading}
+        page.figures |= {"end_error_m": place, "end_heading_error_deg": heading}
         rows.append(("end pose against the tape measure (cm)", f"{100 * place:.1f}"))
         turned = ""
         if len(recording.end) == 3:
             rows.append(("end heading against the tape measure (°)", f"{heading:.2f}"))
             turned = f" and {heading:.1f}°"
-        text.append(
+        page.text.append(
             f"At the end the filter says ({last[0]:.2f}, {last[1]:.2f}) m; measured was "
             f"({end[0]:.2f}, {end[1]:.2f}) m: {100 * place:.1f} cm{turned} apart."
         )
-    figures["measured_times"] = {"update_ms": 1e3 * run.update_seconds}
-    table = FigureTable("The run in figures", ("figure", "value"), rows)
-    pictures = Pictures()
-    _draw_path(pictures, found)
-    _draw_overlays(pictures, found)
-    _draw_over_time(pictures, found)
-    return ExperimentResult("A run without truth", text, [table], figures, pictures)
+    page.figures["measured_times"] = {"update_ms": 1e3 * run.update_seconds}
+    page.table("The run in figures", ("figure", "value"), rows)
+    _draw_path(page, found)
+    _draw_overlays(page, found)
+    _draw_over_time(page, found)
+    return page
 
 
 def _what_was_seen(found: LocalizedRecording) -> str:
@@ -155,7 +155,7 @@ def _rows(found: LocalizedRecording) -> list[tuple[str, str]]:
     ]
 
 
-def _draw_path(pictures: Pictures, found: LocalizedRecording) -> None:
+def _draw_path(page: Page, found: LocalizedRecording) -> None:
     path, measured = found.run.map_from_base[:, :2], found.recording.end
     middle, reach = (path.max(axis=0) + path.min(axis=0)) / 2, np.ptp(path, axis=0) / 2 + 3.0
     reach = np.maximum(reach, reach.max() / 2)
@@ -163,7 +163,7 @@ def _draw_path(pictures: Pictures, found: LocalizedRecording) -> None:
     shows = "The path on the map, with the moments of the next figure numbered."
     height = height_of_map(low, high, around_mm=20)
     box = {"boxstyle": "circle,pad=0.15", "facecolor": BLUE, "edgecolor": "white", "linewidth": 0.5}
-    with pictures.draw("real-run-path", height, shows, legend_columns=4) as figure:
+    with page.draw("real-run-path", height, shows, legend_columns=4) as figure:
         axes = figure.subplots()
         draw_map(axes, found.recording.grid, low, high)
         axes.plot(*path.T, color=BLUE, linewidth=1.0, label="path")
@@ -178,12 +178,12 @@ def _draw_path(pictures: Pictures, found: LocalizedRecording) -> None:
         axes.set(xlabel="x (m)", ylabel="y (m)")
 
 
-def _draw_overlays(pictures: Pictures, found: LocalizedRecording) -> None:
+def _draw_overlays(page: Page, found: LocalizedRecording) -> None:
     shows = (
         "The scan laid on the map from where the filter says the car is, at four moments: where it covers "
         "the walls, the pose is right."
     )
-    with pictures.draw("real-run-overlay", 98, shows, legend_columns=2) as figure:
+    with page.draw("real-run-overlay", 98, shows, legend_columns=2) as figure:
         panels = figure.subplots(2, 2)
         for number, (axes, moment) in enumerate(zip(panels.flat, found.moments, strict=False), start=1):
             x, y, yaw = moment.map_from_base
@@ -203,13 +203,13 @@ def _draw_overlays(pictures: Pictures, found: LocalizedRecording) -> None:
         panels[0, 0].plot([], [], ">", color=BLUE, linestyle="none", label="car")
 
 
-def _draw_over_time(pictures: Pictures, found: LocalizedRecording) -> None:
+def _draw_over_time(page: Page, found: LocalizedRecording) -> None:
     run, time = found.run, DrivenTime(found.run.seconds)
     shows = (
         f"Over time: share of the scan's end points within {100 * ON_WALL:.0f} cm of a wall, extent of the "
         "particles, effective sample size, and how long an update took."
     )
-    with pictures.draw("real-run-time", 130, shows, legend_columns=2) as figure:
+    with page.draw("real-run-time", 130, shows, legend_columns=2) as figure:
         walls, extent, size, latency = panels = figure.subplots(4, 1, sharex=True)
         for axes, values, color, label in (
             (walls, 100 * found.shares_on_wall, BLUE, None),

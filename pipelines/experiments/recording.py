@@ -16,9 +16,9 @@ from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed, replay
 from racecar.pipelines.experiments.filters import simulated_drive
-from racecar.pipelines.runs.bag_reading import BagReading
 from racecar.pipelines.runs.mapping_drive import mapping_trajectory
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 from racecar.sensors.measurement import Measurement
@@ -60,16 +60,17 @@ class Recording:
 def bag_recording(
     bag: Path,
     map: Path,
-    reading: BagReading,
+    opened: Callable[[], BagReader],
     initial_pose: Sequence[float] | None = None,
     end_pose: Sequence[float] | None = None,
 ) -> Recording:
-    """A bag of one's own. It starts at the initial pose or, if it made the map, where it did then.
+    """A bag of one's own, ``opened`` as the user wants it read.
 
-    Raises UserError for any fault of bag or map.
+    It starts at the initial pose or, if it made the map, where it did then. Raises UserError for any
+    fault of bag or map.
     """
     grid = load_map(map)
-    with reading.open(bag) as reader:
+    with opened() as reader:
         begin = next((message.stamp for message in reader if isinstance(message, Scan)), None)
     if begin is None:
         raise UserError(f"{bag} holds no usable scan.")
@@ -79,7 +80,7 @@ def bag_recording(
         start = driven.poses_at(np.array([begin]))[0]
 
     def messages() -> Iterator[Measurement]:
-        with reading.open(bag) as reader:
+        with opened() as reader:
             yield from reader
 
     return Recording(f"{bag.name} on {map.name}", grid, messages, start, end_pose)

@@ -6,16 +6,16 @@ from matplotlib.ticker import MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
-from racecar.pipelines.experiments.figures import (
+from racecar.pipelines.experiments.experiment import ExperimentSettings
+from racecar.pipelines.experiments.page import (
     BLUE,
     GREEN,
     MAP_OF_NUMBERS,
     ORANGE,
     TRUTH,
     VERMILLION,
-    Pictures,
+    Page,
 )
-from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
 from racecar.pipelines.runs.evaluation.course_filter import Z_MAX, mixture_parts, sensor_table
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
@@ -25,32 +25,29 @@ _SMALL = 0.8
 """Share of what is measured that counts as much too short."""
 
 
-def sensor_model(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
+def sensor_model(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
     """The course's table as it is; nothing is measured."""
     table = sensor_table()
-    return ExperimentResult(
+    page = Page(
         "Sensor model: how likely a reading is",
-        [
-            "The probability of a reading z where the map says d, both in pixels of the map (at 5 cm per "
-            "pixel the table ends at 10 m). It is a mixture: a Gaussian about d (the wall was hit), a "
-            "slope that falls from z = 0 to z = d (something stood in the way), all of the last row "
-            "(nothing came back), and a constant (anything at all). Every column sums to 1. Probabilities "
-            "of beams are multiplied; as beams are not independent, the product is raised to 1/2.2. This "
-            "library compares no ranges, but asks how near the end points of a scan lie to walls."
-        ],
-        [
-            FigureTable(
-                "The table at a few distances",
-                (
-                    *("map says d (px)", "P(z = d)", "P(z within 16 px of d)"),
-                    *(f"P(z < {_SMALL:g} d)", "P(z at maximum)"),
-                ),
-                [_row(table[:, expected], expected) for expected in (20, _SLICE, 180, Z_MAX)],
-            )
-        ],
-        {"slice_at_px": _SLICE, "slice": table[:, _SLICE]},
-        _pictures(table),
+        "The probability of a reading z where the map says d, both in pixels of the map (at 5 cm per "
+        "pixel the table ends at 10 m). It is a mixture: a Gaussian about d (the wall was hit), a "
+        "slope that falls from z = 0 to z = d (something stood in the way), all of the last row "
+        "(nothing came back), and a constant (anything at all). Every column sums to 1. Probabilities "
+        "of beams are multiplied; as beams are not independent, the product is raised to 1/2.2. This "
+        "library compares no ranges, but asks how near the end points of a scan lie to walls.",
     )
+    page.table(
+        "The table at a few distances",
+        (
+            *("map says d (px)", "P(z = d)", "P(z within 16 px of d)"),
+            *(f"P(z < {_SMALL:g} d)", "P(z at maximum)"),
+        ),
+        [_row(table[:, expected], expected) for expected in (20, _SLICE, 180, Z_MAX)],
+    )
+    page.figures |= {"slice_at_px": _SLICE, "slice": table[:, _SLICE]}
+    _draw(page, table)
+    return page
 
 
 def _row(column: NDArray[np.float64], expected: int) -> tuple[str, ...]:
@@ -64,13 +61,12 @@ def _row(column: NDArray[np.float64], expected: int) -> tuple[str, ...]:
     )
 
 
-def _pictures(table: NDArray[np.float64]) -> Pictures:
-    pictures = Pictures()
+def _draw(page: Page, table: NDArray[np.float64]) -> None:
     surface = (
         "The sensor table as a surface; colours are logarithmic. The ridge is the wall where the map says it "
         "is, the edge at the back readings at the maximum."
     )
-    with pictures.draw("sensor-model-surface", 85, surface) as figure:
+    with page.draw("sensor-model-surface", 85, surface) as figure:
         axes = figure.add_subplot(projection="3d", computed_zorder=False)
         assert isinstance(axes, Axes3D)
         axes.plot_surface(
@@ -92,7 +88,7 @@ def _pictures(table: NDArray[np.float64]) -> Pictures:
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(MultipleLocator(50))
     column = f"A column of the table, where the map says {_SLICE} px, and the four parts that it is made of."
-    with pictures.draw("sensor-model-slice", 66, column, legend_columns=3) as figure:
+    with page.draw("sensor-model-slice", 66, column, legend_columns=3) as figure:
         axes = figure.subplots()
         colors = (BLUE, ORANGE, VERMILLION, GREEN)
         for (name, part), color in zip(mixture_parts(_SLICE).items(), colors, strict=True):
@@ -100,4 +96,3 @@ def _pictures(table: NDArray[np.float64]) -> Pictures:
         axes.plot(table[:, _SLICE], "--", color=TRUTH, linewidth=1.0, label="all together")
         axes.set(xlabel=f"measured z (px), where the map says {_SLICE} px", ylabel="probability")
         axes.set(yscale="log", ylim=(1e-5, 0.15))
-    return pictures

@@ -10,7 +10,7 @@ from racecar.localization.config import LocalizationConfig
 from racecar.pipelines.commands.cli import run
 from racecar.pipelines.commands.experiment import add_command
 from racecar.pipelines.experiments.catalogue import CATALOGUE, ExperimentEntry, Uses
-from racecar.pipelines.experiments.result import ExperimentSettings
+from racecar.pipelines.experiments.experiment import ExperimentSettings
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 

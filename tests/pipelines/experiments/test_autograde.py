@@ -5,7 +5,7 @@ import pytest
 
 from racecar.localization.config import LocalizationConfig
 from racecar.pipelines.experiments.autograde import grade_drive, graded
-from racecar.pipelines.experiments.figures import COURSE_NAME, OURS_NAME
+from racecar.pipelines.experiments.page import COURSE_NAME, OURS_NAME
 from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 

@@ -1,6 +1,7 @@
 """Convergence of the particles' spread."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,13 +10,13 @@ import pytest
 
 from racecar.localization.config import LocalizationConfig
 from racecar.maps.errors import UserError
+from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.commands.cli import run
 from racecar.pipelines.experiments.convergence import collapse, converge, converged
-from racecar.pipelines.experiments.figures import COURSE_NAME, OURS_NAME
 from racecar.pipelines.experiments.filters import over_seeds
+from racecar.pipelines.experiments.page import COURSE_NAME, OURS_NAME
 from racecar.pipelines.experiments.recording import Recording, bag_recording, stand_in, with_known_start
 from racecar.pipelines.files.tum import load_tum
-from racecar.pipelines.runs.bag_reading import BagReading
 from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 
 
@@ -70,7 +71,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_start_is_found_on_the_whole_map(drive: Path) -> None:
     truth = load_tum(drive.with_name("drive.ground_truth.tum"))
-    recording = bag_recording(drive, Path("building"), BagReading())
+    recording = bag_recording(drive, Path("building"), partial(BagReader, drive))
     assert recording.start is None
     found = with_known_start(recording, LocalizationConfig(), 0).start
     assert found is not None
@@ -80,7 +81,9 @@ def test_the_start_is_found_on_the_whole_map(drive: Path) -> None:
 
 def test_a_start_on_the_map_of_another_place_is_not_found(drive: Path) -> None:
     with pytest.raises(UserError, match=r"was not found in its first 60 s; give --initial-pose"):
-        with_known_start(bag_recording(drive, Path("track"), BagReading()), LocalizationConfig(), 0)
+        with_known_start(
+            bag_recording(drive, Path("track"), partial(BagReader, drive)), LocalizationConfig(), 0
+        )
 
 
 def test_the_command_searches_for_a_start_that_is_not_given(

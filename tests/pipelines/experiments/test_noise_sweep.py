@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from racecar.localization.config import LocalizationConfig
-from racecar.pipelines.experiments.figures import COURSE_NAME, OURS_NAME
 from racecar.pipelines.experiments.filters import Measured, with_motion_noise
 from racecar.pipelines.experiments.noise_sweep import (
     NOISES,
@@ -16,6 +15,7 @@ from racecar.pipelines.experiments.noise_sweep import (
     step_response,
     swept,
 )
+from racecar.pipelines.experiments.page import COURSE_NAME, OURS_NAME
 from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 
 PERIOD = 0.05

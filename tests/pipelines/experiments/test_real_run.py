@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from racecar.localization.config import LocalizationConfig
+from racecar.pipelines.experiments.experiment import ExperimentSettings
 from racecar.pipelines.experiments.html_report import html_report
+from racecar.pipelines.experiments.page import Page
 from racecar.pipelines.experiments.real_run import LocalizedRecording, localized, seen
 from racecar.pipelines.experiments.recording import stand_in
-from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 SETTINGS = ExperimentSettings(LocalizationConfig(particles=1000), 0, quick=True, recording=stand_in(0, 3.0))
@@ -41,7 +42,7 @@ def test_moments_lie_on_the_walls(run: LocalizedRecording) -> None:
 def test_the_tape_measure_is_compared_in_place_and_heading_as_far_as_measured(
     run: LocalizedRecording,
 ) -> None:
-    def measured(end_pose: tuple[float, ...] | None) -> ExperimentResult:
+    def measured(end_pose: tuple[float, ...] | None) -> Page:
         return seen(replace(run, recording=replace(run.recording, end=end_pose)))
 
     end = run.run.map_from_base[-1] + np.array([0.3, 0.4, 0.1])

@@ -1,19 +1,25 @@
-"""How the figures of the experiments look: as wide as a column of a paper, in colours for everyone."""
+"""What an experiment gives: figures for people, for programs and for the report.
+
+Pictures are as wide as a column of a paper, in colours for everyone.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from io import BytesIO
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from numpy.typing import NDArray
 
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.files.pictures.map_picture import draw_grid
 
 BLACK, ORANGE, GREEN, BLUE, VERMILLION, PURPLE = (
@@ -51,8 +57,7 @@ _STYLE: Any = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Picture:
+class Picture(NamedTuple):
     """A figure, drawn: its file name without suffix, what it shows, and its bytes in both formats."""
 
     name: str
@@ -61,8 +66,28 @@ class Picture:
     svg: bytes
 
 
-class Pictures(list[Picture]):
-    """The figures of an experiment, in the order in which they are drawn."""
+class FigureTable(NamedTuple):
+    """Figures in rows, already written out; the columns have their units."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+class Page:
+    """What is known after an experiment."""
+
+    def __init__(self, title: str, *text: str) -> None:
+        """A headline, and paragraphs: what was done and what came out."""
+        self.title, self.text = title, list(text)
+        self.tables: list[FigureTable] = []
+        self.pictures: list[Picture] = []
+        self.figures: dict[str, Any] = {}
+        """All figures, for a JSON file; those under ``measured_times`` differ from run to run."""
+
+    def table(self, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+        """Add the figures for people."""
+        self.tables.append(FigureTable(title, columns, rows))
 
     @contextmanager
     def draw(self, name: str, height_mm: float, shows: str, legend_columns: int = 0) -> Iterator[Figure]:
@@ -81,7 +106,24 @@ class Pictures(list[Picture]):
             png, svg = BytesIO(), BytesIO()
             figure.savefig(png, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": None})
             figure.savefig(svg, format="svg", dpi=_DOTS_PER_INCH, metadata={"Date": None, "Creator": None})
-            self.append(Picture(name, shows, png.getvalue(), svg.getvalue()))
+            self.pictures.append(Picture(name, shows, png.getvalue(), svg.getvalue()))
+
+    def save(self, name: str, folder: Path) -> None:
+        """Write the pictures as PNG and SVG and all else as Markdown into an existing folder.
+
+        Raises UserError when the place cannot be written to.
+        """
+        parts = [f"# {self.title}", *self.text]
+        for title, columns, rows in self.tables:
+            lines = [columns, ["---"] * len(columns), *rows]
+            parts += [f"**{title}**", "\n".join(f"| {' | '.join(line)} |" for line in lines)]
+        parts += [f"![{picture.shows}]({picture.name}.svg)" for picture in self.pictures]
+        files = {f"{name}.md": ("\n\n".join(parts) + "\n").encode()}
+        for picture in self.pictures:
+            files |= {f"{picture.name}.png": picture.png, f"{picture.name}.svg": picture.svg}
+        for file, contents in files.items():
+            with write_atomically(folder / file) as partial:
+                partial.write_bytes(contents)
 
 
 def height_of_map(low: Sequence[float], high: Sequence[float], around_mm: float) -> float:
@@ -112,3 +154,9 @@ def show_plain_ticks(axis: Axis, values: Sequence[float]) -> None:
     axis.set_major_locator(FixedLocator(values))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_locator(NullLocator())
+
+
+def plus_minus(values: NDArray[np.float64], digits: int) -> str:
+    """Mean and standard deviation of those that are finite."""
+    known = values[np.isfinite(values)]
+    return f"{known.mean():.{digits}f} ± {known.std():.{digits}f}" if len(known) else "–"
