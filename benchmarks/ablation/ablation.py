@@ -11,12 +11,12 @@ import typer
 
 from benchmarks.ablation.ablation_drive import AblationDrive, DriveFigures
 from benchmarks.ablation.effects import CONFIDENCE, EQUAL_WITHIN, Difference, Effect, difference
-from benchmarks.ablation.mechanisms import Variant, variants
+from benchmarks.ablation.mechanisms import variants
 from benchmarks.ablation.recorded_drives import recorded_drives
 from benchmarks.ablation.simulated_drives import DRIVE_SECONDS, simulated_drives
 from benchmarks.harness.bench import Bench
 from benchmarks.harness.inputs import DataOption, chosen, recordings_folder
-from benchmarks.harness.replaced import replaced
+from benchmarks.harness.variant import Variant, replaced
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.localization.recovery import perception
@@ -90,7 +90,7 @@ def localized(
 ) -> DriveFigures:
     """A drive by a new localizer, whose chance the seed is."""
     drive, seed = drive_and_seed
-    with replaced(variant.replacements):
+    with variant.in_place():
         localizer = Localizer(drive.grid, variant.configured(settings), np.random.default_rng(seed))
         return drive.localized(localizer)
 

@@ -5,14 +5,13 @@ refuses bad input (messages out of order, clocks set back, maps without walls).
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from math import inf, pi
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness.replaced import Replacement, nothing
+from benchmarks.harness.variant import Variant, nothing, replacing
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter import particle_filter
 from racecar.localization.filter.particle_filter import ParticleFilter
@@ -37,44 +36,6 @@ _TAKE = SpeedMemory.take
 """As it is."""
 _NONE = 1e-9
 """As good as 0 where a setting must be above it, since all that it is compared with is far larger."""
-
-
-@dataclass(frozen=True)
-class Variant:
-    """The localizer with something off."""
-
-    changes: Mapping[str, Any] = field(default_factory=dict)
-    """Of `LocalizationConfig`, nested as that is."""
-    replacements: tuple[Replacement, ...] = ()
-
-    def configured(self, settings: LocalizationConfig) -> LocalizationConfig:
-        """The settings with the changes."""
-        return LocalizationConfig.model_validate(_over(settings.model_dump(), self.changes))
-
-    def __or__(self, other: "Variant") -> "Variant":
-        """Both off together."""
-        changes = _over(self.changes, other.changes)
-        return Variant(changes, self.replacements + other.replacements)
-
-
-def _over(values: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Nested values with the changes in their places."""
-    changed = dict(values)
-    for name, change in changes.items():
-        before = values.get(name)
-        if isinstance(change, Mapping) and isinstance(before, Mapping):
-            changed[name] = _over(before, change)
-        else:
-            changed[name] = change
-    return changed
-
-
-def _settings(**changes: Any) -> Variant:
-    return Variant(changes)
-
-
-def _replaced(owner: object, **by: object) -> Variant:
-    return Variant(replacements=tuple((owner, name, new) for name, new in by.items()))
 
 
 def _unpushed(
@@ -107,58 +68,58 @@ def _independent(deviation: float, surface: float) -> NDArray[np.float32]:
     return np.float32(DEPENDENCE) * log_table(deviation, surface)
 
 
-_SURVEYED_ANEW = _replaced(perception, find_free_space=free_space.find_free_space)
+_SURVEYED_ANEW = replacing(perception, find_free_space=free_space.find_free_space)
 """In place of a free space that is remembered, as the benchmark does, though it would now be another."""
 
 MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
     "odometry": {
-        "calibration": _replaced(OdometryCalibration, learn=nothing),
-        "trust": _replaced(OdometryTrust, learn=nothing),
-        "segments": _replaced(segments, _SHORTEST=inf),
-        "slip": _settings(slip=0.0),
-        "usual slip": _replaced(slip, _USUAL_SHARE=0.0),
-        "pushed slip": _replaced(particle_filter, changed_slips=_unpushed),
-        "lasting slip": _replaced(slip, _LASTING=(_NONE, _NONE, 30.0), _PUSHED_SECONDS=_NONE),
-        "lag": _replaced(slip, _LAG_DEVIATION=0.0),
-        "sliding on": _replaced(SpeedMemory, take=_slides_nowhere),
-        "extrapolation": _replaced(motion_source, _EXTRAPOLATION=Extrapolation(0, 0, STALE_AFTER)),
-        "carrying on": _replaced(motion_source, _LONGEST_CARRY=_NONE),
-        "gyroscope": _replaced(TurnFusion, follow=nothing),
+        "calibration": replacing(OdometryCalibration, learn=nothing),
+        "trust": replacing(OdometryTrust, learn=nothing),
+        "segments": replacing(segments, _SHORTEST=inf),
+        "slip": Variant({"slip": 0.0}),
+        "usual slip": replacing(slip, _USUAL_SHARE=0.0),
+        "pushed slip": replacing(particle_filter, changed_slips=_unpushed),
+        "lasting slip": replacing(slip, _LASTING=(_NONE, _NONE, 30.0), _PUSHED_SECONDS=_NONE),
+        "lag": replacing(slip, _LAG_DEVIATION=0.0),
+        "sliding on": replacing(SpeedMemory, take=_slides_nowhere),
+        "extrapolation": replacing(motion_source, _EXTRAPOLATION=Extrapolation(0, 0, STALE_AFTER)),
+        "carrying on": replacing(motion_source, _LONGEST_CARRY=_NONE),
+        "gyroscope": replacing(TurnFusion, follow=nothing),
     },
     "evidence": {
-        "dependent points": _replaced(likelihood_field, log_table=_independent),
-        "news threshold": _replaced(hypotheses, _COUNTS_AFTER=0.0),
-        "looking again": _replaced(hypotheses, _LOOK_AGAIN_AFTER=inf),
-        "dependent scans": _replaced(particle_filter, _INDEPENDENT_AFTER=_NONE),
-        "evidence cap": _replaced(particle_filter, _MOST_EVIDENCE=inf),
-        "first scan share": _replaced(hypotheses, _FIRST_SCAN_SHARE=1.0),
-        "rival discount": _replaced(hung_odometry, _SCANS_PER_SECOND=40.0, _LARGEST_RATE=1000.0),
+        "dependent points": replacing(likelihood_field, log_table=_independent),
+        "news threshold": replacing(hypotheses, _COUNTS_AFTER=0.0),
+        "looking again": replacing(hypotheses, _LOOK_AGAIN_AFTER=inf),
+        "dependent scans": replacing(particle_filter, _INDEPENDENT_AFTER=_NONE),
+        "evidence cap": replacing(particle_filter, _MOST_EVIDENCE=inf),
+        "first scan share": replacing(hypotheses, _FIRST_SCAN_SHARE=1.0),
+        "rival discount": replacing(hung_odometry, _SCANS_PER_SECOND=40.0, _LARGEST_RATE=1000.0),
     },
     "explanation": {
-        "known place": _replaced(pose_hypothesis, _KNOWN_WITHIN=100.0),
-        "explained points": _replaced(Perception, explained=_all_points),
-        "proposals": _replaced(ParticleFilter, propose=nothing),
-        "alignment": _replaced(refinement, align_to_walls=_unaligned),
+        "known place": replacing(pose_hypothesis, _KNOWN_WITHIN=100.0),
+        "explained points": replacing(Perception, explained=_all_points),
+        "proposals": replacing(ParticleFilter, propose=nothing),
+        "alignment": replacing(refinement, align_to_walls=_unaligned),
     },
     "recovery": {
-        "particle injection": _replaced(ParticleFilter, inject=nothing),
-        "moving rival": _replaced(hung_odometry, _SCANS_PER_SECOND=0.0),
-        "lost detection": _replaced(hypotheses, _SEARCH_FROM=1.0),
-        "confirmation": _replaced(hypotheses, CONFIRMED_BELOW=0.5),
-        "hypothesis trial": _replaced(pose_hypothesis, _TRIAL=0),
-        "restart after gaps": _replaced(motion_source, _GAP_SECONDS=1000.0),
-        "learned fit": _replaced(place_judge, _SURE=inf),
-        "lookout": _replaced(Lookout, look=nothing),
+        "particle injection": replacing(ParticleFilter, inject=nothing),
+        "moving rival": replacing(hung_odometry, _SCANS_PER_SECOND=0.0),
+        "lost detection": replacing(hypotheses, _SEARCH_FROM=1.0),
+        "confirmation": replacing(hypotheses, CONFIRMED_BELOW=0.5),
+        "hypothesis trial": replacing(pose_hypothesis, _TRIAL=0),
+        "restart after gaps": replacing(motion_source, _GAP_SECONDS=1000.0),
+        "learned fit": replacing(place_judge, _SURE=inf),
+        "lookout": replacing(Lookout, look=nothing),
     },
     "cloud": {
-        "fewer particles where sure": _settings(fewest_particles=LocalizationConfig().particles),
-        "clusters": _replaced(particle_filter, _RADIUS=100.0, _HALF_ANGLE=pi),
-        "resampling threshold": _replaced(particle_filter, _RESAMPLE_BELOW=1.0),
+        "fewer particles where sure": Variant({"fewest_particles": LocalizationConfig().particles}),
+        "clusters": replacing(particle_filter, _RADIUS=100.0, _HALF_ANGLE=pi),
+        "resampling threshold": replacing(particle_filter, _RESAMPLE_BELOW=1.0),
     },
     "sensor": {
-        "deskewing": _replaced(end_points, _LONGEST_SWEEP=0.0),
-        "movable furniture": _SURVEYED_ANEW | _replaced(free_space, _LARGEST_MOVABLE=0.0),
-        "unknown floor": _SURVEYED_ANEW | _replaced(free_space, _UNKNOWN_REACH=0.0),
+        "deskewing": replacing(end_points, _LONGEST_SWEEP=0.0),
+        "movable furniture": _SURVEYED_ANEW | replacing(free_space, _LARGEST_MOVABLE=0.0),
+        "unknown floor": _SURVEYED_ANEW | replacing(free_space, _UNKNOWN_REACH=0.0),
     },
 }
 """By group, by name: what turns each off; values are bounds, or so far beyond the usual ones that nothing is

@@ -14,7 +14,8 @@ from benchmarks.accuracy.drives import (
     racing_drive,
     tracking_drive,
 )
-from racecar.maps.geometry.se2 import IDENTITY, between, compose
+from benchmarks.harness.input_faults import with_steps, without_wheels
+from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
@@ -50,7 +51,7 @@ def _simulated(simulate: Simulate, map_name: str, seconds: float, seed: int) -> 
 
 def _without_odometry(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:
     drive = tracking_drive(grid, seed, seconds, NoiseLevel.SLIGHT)
-    return replace(drive, messages=[each for each in drive.messages if not isinstance(each, Odometry)])
+    return replace(drive, messages=without_wheels(drive.messages))
 
 
 def _with_hung_odometry(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:
@@ -72,22 +73,11 @@ def _with_halved_odometry(grid: OccupancyGrid, seed: int, seconds: float) -> Sim
     drive = tracking_drive(grid, seed, seconds, NoiseLevel.SLIGHT)
     first, last = drive.messages[0].stamp, drive.messages[-1].stamp
     begins = [first + round(share * (last - first)) for share in _HALVES]
-    messages: list[Measurement] = []
-    before: Odometry | None = None
-    pose = IDENTITY
-    for message in drive.messages:
-        if not isinstance(message, Odometry):
-            messages.append(message)
-            continue
-        if before is None:
-            pose = message.odom_from_base
-        else:
-            step = between(before.odom_from_base, message.odom_from_base)
-            is_halved = any(begin <= message.stamp < begin + _HALVED_FOR for begin in begins)
-            pose = compose(pose, 0.5 * step if is_halved else step)
-        messages.append(replace(message, odom_from_base=pose))
-        before = message
-    return replace(drive, messages=messages)
+
+    def halved(step: Pose, sample: Odometry) -> Pose:
+        return 0.5 * step if any(0 <= sample.stamp - begin < _HALVED_FOR for begin in begins) else step
+
+    return replace(drive, messages=with_steps(drive.messages, halved))
 
 
 _KINDS: Mapping[str, Simulate] = {

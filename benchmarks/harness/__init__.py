@@ -1,1 +1,1 @@
-"""What all benchmarks have in common: commands, cases and variants, tables, the JSON file, replaced parts."""
+"""What all benchmarks have in common: commands, cases and variants, faults of the input, tables, the JSON file."""

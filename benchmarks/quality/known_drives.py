@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.quality.input_faults import fewer_beams
+from benchmarks.harness.input_faults import fewer_beams
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from benchmarks.harness.bench import Bench
-from benchmarks.harness.replaced import replaced
+from benchmarks.harness.variant import Variant
 from benchmarks.quality.known_drives import KnownDrive, recorded_drives, simulated_drives
 from benchmarks.quality.map_errors import map_errors
-from benchmarks.quality.spoiled_maps import SPOILINGS, UNSPOILED, Spoiling
+from benchmarks.quality.spoiled_maps import SPOILINGS, UNSPOILED
 from benchmarks.quality.verdict_figures import NEAR, JudgedMap, kind_of, verdict_counts, verdict_shares
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
@@ -29,10 +29,6 @@ from racecar.maps.geometry.se2 import Pose, compose
 from racecar.pipelines.bags.replay import feed
 from racecar.sensors.fixed_returns.fixed_returns import FixedReturns
 
-_SHORTEST = 1.0
-"""Metres of path, below which there is no map to speak of; by judgement."""
-_SHORTEST = 1.0
-"""Metres of path, below which there is no map to speak of; by judgement."""
 _SHORTEST = 1.0
 """Metres of path, below which there is no map to speak of; by judgement."""
 
@@ -90,14 +86,14 @@ def quality(
     )
 
 
-def drawn_spoilings(drive: KnownDrive, count: int) -> dict[str, Spoiling]:
+def drawn_spoilings(drive: KnownDrive, count: int) -> dict[str, Variant]:
     """None, and some of the ways there are to make a drive worse, which its name draws."""
     others = [name for name in SPOILINGS if name != UNSPOILED]
     drawn = [UNSPOILED, *random.Random(drive.name).sample(others, count)]
     return {name: SPOILINGS[name] for name in drawn}
 
 
-def judged_map(drive: KnownDrive, spoiling: Spoiling, base: MappingConfig) -> JudgedMap | None:
+def judged_map(drive: KnownDrive, spoiling: Variant, base: MappingConfig) -> JudgedMap | None:
     """Map a drive that was made worse, and compare the verdict with the truth.
 
     None where there is no map at all, which is an honest answer, or too little of the path is known.
@@ -109,12 +105,11 @@ def judged_map(drive: KnownDrive, spoiling: Spoiling, base: MappingConfig) -> Ju
     return compared_with_truth(drive, result, base.quality)
 
 
-def spoiled_map(drive: KnownDrive, spoiling: Spoiling, base: MappingConfig) -> MappingResult:
+def spoiled_map(drive: KnownDrive, spoiling: Variant, base: MappingConfig) -> MappingResult:
     """Map a drive that was made worse. Raises UserError when nothing is left to map."""
-    settings = {**base.model_dump(), "refine": False, **spoiling.settings}
-    mapper = Mapper(MappingConfig.model_validate(settings))
-    with replaced(spoiling.replacements):
-        for message in FixedReturns().filtered(spoiling.of(drive.messages)):
+    mapper = Mapper(spoiling.configured(base.model_copy(update={"refine": False})))
+    with spoiling.in_place():
+        for message in FixedReturns().filtered(spoiling.spoiled(drive.messages)):
             feed(message, mapper)
         return mapper.finish()
 

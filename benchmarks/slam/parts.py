@@ -8,11 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness.replaced import (
+from benchmarks.harness.variant import (
     LOOPS_NOT_SEEN_THROUGH,
     LOOPS_NOT_SUPPORTED,
-    Replacement,
+    Variant,
     nothing,
+    replacing,
 )
 from racecar.mapping import schedule
 from racecar.mapping.graph import pose_graph
@@ -74,20 +75,22 @@ def _without_steady_velocity(reckoning: DeadReckoning) -> MotionGuesses:
     return _GUESSES(reckoning).without(GuessSource.STEADY_VELOCITY)
 
 
-PARTS: Mapping[str, tuple[Replacement, ...]] = {
-    "calibration of the wheels": ((MapperState, "calibrate", nothing),),
-    "lag of the wheels": ((OdometryLag, "learn", _no),),
-    "wheels that hang": ((DeadReckoning, "_leave_out_wheels", nothing),),
-    "guess by scan odometry": ((DeadReckoning, "guesses", _without_scan_odometry),),
-    "guess by steady velocity": ((DeadReckoning, "guesses", _without_steady_velocity),),
-    "velocity filter": ((VelocityFilter, "advance", _no),),
-    "search for turns": ((dead_reckoning, "with_turn_seen", _as_predicted),),
-    "search for lost keyframes": ((KeyframePlacer, "_search", _none),),
-    "see-through test of loops": (LOOPS_NOT_SEEN_THROUGH,),
-    "support of loops": (LOOPS_NOT_SUPPORTED,),
-    "ties to the first pass": ((final_optimization, "pairs_with_first_pass", _no_pairs),),
-    "matches that are misled": ((MatchesAlongPath, "misled_steps", _no_step),),
-    "loose wheels where refuted": ((Constraint, "loosened", _as_it_is),),
-    "annealed matches": ((pose_graph, "_WIDEST_MATCH_LOSS", pose_graph._LOSS_WIDTHS[-1]),),
-    "rounds at the end but one": ((schedule, "FINAL_ROUNDS", 1),),
+PARTS: Mapping[str, Variant] = {
+    "refinement": Variant({"refine": False}),
+    "loop closure": Variant({"close_loops": False}),
+    "calibration of the wheels": replacing(MapperState, calibrate=nothing),
+    "lag of the wheels": replacing(OdometryLag, learn=_no),
+    "wheels that hang": replacing(DeadReckoning, _leave_out_wheels=nothing),
+    "guess by scan odometry": replacing(DeadReckoning, guesses=_without_scan_odometry),
+    "guess by steady velocity": replacing(DeadReckoning, guesses=_without_steady_velocity),
+    "velocity filter": replacing(VelocityFilter, advance=_no),
+    "search for turns": replacing(dead_reckoning, with_turn_seen=_as_predicted),
+    "search for lost keyframes": replacing(KeyframePlacer, _search=_none),
+    "see-through test of loops": LOOPS_NOT_SEEN_THROUGH,
+    "support of loops": LOOPS_NOT_SUPPORTED,
+    "ties to the first pass": replacing(final_optimization, pairs_with_first_pass=_no_pairs),
+    "matches that are misled": replacing(MatchesAlongPath, misled_steps=_no_step),
+    "loose wheels where refuted": replacing(Constraint, loosened=_as_it_is),
+    "annealed matches": replacing(pose_graph, _WIDEST_MATCH_LOSS=pose_graph._LOSS_WIDTHS[-1]),
+    "rounds at the end but one": replacing(schedule, FINAL_ROUNDS=1),
 }

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -9,8 +10,8 @@ import typer
 
 from benchmarks.harness.bench import Bench
 from benchmarks.harness.inputs import DataOption, recordings_folder
-from benchmarks.harness.replaced import replaced
 from benchmarks.harness.table import Column, cells
+from benchmarks.harness.variant import Variant
 from benchmarks.slam.false_loops import FalseLoopFigures, with_false_loops
 from benchmarks.slam.logs import BenchmarkLog, find_logs
 from benchmarks.slam.parts import PARTS
@@ -21,18 +22,6 @@ from racecar.pipelines.commands.results import print_warnings
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.evaluation.relations import load_relations, relation_errors
 from racecar.pipelines.runs.mapping_run import build_map
-
-
-@dataclass(frozen=True)
-class LogVariant:
-    """The mapper with something left out, as it is sent to another process."""
-
-    settings: MappingConfig
-    use_odometry: bool = True
-    left_out: str | None = None
-    """One of the `PARTS`."""
-    false_loops_seed: int | None = None
-    """With one, false loops are put into the graph, too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +45,8 @@ class LogFigures:
 
 
 WHOLE = "default"
+_NO_WHEELS = "wheel odometry"
+"""Left out of the input, and not of the method."""
 
 
 def slam(
@@ -78,11 +69,12 @@ def slam(
     Example: python -m benchmarks slam --json slam.json
     """
     settings = bench.settings.mapping
-    variants = {WHOLE: LogVariant(settings, false_loops_seed=bench.seed if false_loops else None)}
+    variants: dict[str, str | None] = {WHOLE: None}
     if ablation:
-        variants |= _with_one_thing_left_out(settings)
+        variants |= {f"without {name}": name for name in (_NO_WHEELS, *PARTS)}
     found = [(log.name, log) for log in find_logs(recordings_folder(data), logs or ())]
-    rows = bench.cross("logs", found, variants, map_log, in_fresh_processes=True)
+    measure = partial(map_log, settings=settings, false_loops_seed=bench.seed if false_loops else None)
+    rows = bench.cross("logs", found, variants, measure, in_fresh_processes=True)
     runs = {log: by_variant[WHOLE] for log, by_variant in rows.items()}
     bench.report.add("published", {log: asdict(PUBLISHED[log]) for log in runs if log in PUBLISHED})
     show(bench, runs)
@@ -124,21 +116,23 @@ def left_out(rows: Mapping[str, Mapping[str, LogFigures]]) -> dict[str, dict[str
     }
 
 
-def map_log(log: BenchmarkLog, variant: LogVariant) -> LogFigures:
-    """Map a log and measure it. Raises UserError when the bag or the relations cannot be read."""
+def map_log(
+    log: BenchmarkLog, left_out: str | None, settings: MappingConfig, false_loops_seed: int | None
+) -> LogFigures:
+    """Map a log, perhaps with a part left out, and measure it; with a seed, false loops are then put into the
+    graph of the whole method, too.
+
+    Raises UserError when the bag or the relations cannot be read.
+    """
     relations = load_relations(log.relations)
-    report = Report("python -m benchmarks slam")
-    with (
-        replaced(PARTS[variant.left_out] if variant.left_out else ()),
-        BagReader(log.bag, use_odometry=variant.use_odometry) as reader,
-    ):
-        result = build_map(reader, variant.settings, report, quiet=True)
+    report, variant = Report("python -m benchmarks slam"), PARTS.get(left_out or "", Variant())
+    with variant.in_place(), BagReader(log.bag, use_odometry=left_out != _NO_WHEELS) as reader:
+        result = build_map(reader, variant.configured(settings), report, quiet=True)
     told = report.as_dict()
     accuracy = relation_errors(result.trajectory, relations).summary()
     false_loops = None
-    if variant.false_loops_seed is not None:
-        generator = np.random.default_rng(variant.false_loops_seed)
-        false_loops = with_false_loops(result, relations, generator)
+    if left_out is None and false_loops_seed is not None:
+        false_loops = with_false_loops(result, relations, np.random.default_rng(false_loops_seed))
     wall_seconds = told["stages"]["total"]["wall_seconds"]
     seconds = {"reading": told["stages"]["reading"]["wall_seconds"], **told["mapping_seconds"]}
     return LogFigures(
@@ -152,15 +146,6 @@ def map_log(log: BenchmarkLog, variant: LogVariant) -> LogFigures:
         false_loops=false_loops,
         report=told,
     )
-
-
-def _with_one_thing_left_out(settings: MappingConfig) -> dict[str, LogVariant]:
-    return {
-        "without wheel odometry": LogVariant(settings, use_odometry=False),
-        "without refinement": LogVariant(settings.model_copy(update={"refine": False})),
-        "without loop closure": LogVariant(settings.model_copy(update={"close_loops": False})),
-        **{f"without {name}": LogVariant(settings, left_out=name) for name in PARTS},
-    }
 
 
 def _both_errors(run: LogFigures) -> str:

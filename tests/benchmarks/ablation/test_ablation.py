@@ -12,10 +12,11 @@ from benchmarks.ablation import ablation
 from benchmarks.ablation.ablation import differences, localized
 from benchmarks.ablation.ablation_drive import AblationDrive, DriveFigures
 from benchmarks.ablation.effects import Effect, difference
-from benchmarks.ablation.mechanisms import Variant, variants
+from benchmarks.ablation.mechanisms import variants
 from benchmarks.ablation.recorded_drives import recorded_drives
 from benchmarks.ablation.simulated_drives import simulated_drives
 from benchmarks.commands import run
+from benchmarks.harness.variant import Variant
 from racecar.localization.config import LocalizationConfig
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.trajectory import Trajectory

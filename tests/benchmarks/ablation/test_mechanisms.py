@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.ablation.mechanisms import MECHANISMS, Variant, variants
-from benchmarks.harness.replaced import replaced
+from benchmarks.ablation.mechanisms import MECHANISMS, variants
+from benchmarks.harness.variant import Variant
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
 
@@ -17,7 +17,7 @@ def test_every_variant_is_another_localizer_and_leaves_no_trace(name: str) -> No
     variant, default = variants()[name], LocalizationConfig()
     before = [getattr(owner, what) for owner, what, _ in variant.replacements]
     assert variant.replacements or variant.configured(default) != default
-    with replaced(variant.replacements):
+    with variant.in_place():
         last = {(owner, what): by for owner, what, by in variant.replacements}
         for (owner, what), by in last.items():
             assert getattr(owner, what) is by
@@ -42,7 +42,7 @@ def test_a_group_is_off_with_all_that_is_in_it() -> None:
 
 def test_nothing_is_injected_without_injection() -> None:
     cloud = ParticleFilter(np.zeros((100, 3)), np.random.default_rng(0))
-    with replaced(variants()["particle injection"].replacements):
+    with variants()["particle injection"].in_place():
         cloud.inject(np.ones(3))
     assert not cloud.map_from_base.any()
     cloud.inject(np.ones(3))

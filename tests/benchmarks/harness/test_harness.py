@@ -13,8 +13,8 @@ import typer
 from benchmarks.harness.bench import Bench
 from benchmarks.harness.command import as_command
 from benchmarks.harness.inputs import chosen, recordings_folder
-from benchmarks.harness.replaced import replaced
 from benchmarks.harness.table import Column, cells, transposed
+from benchmarks.harness.variant import replaced
 from racecar.maps.errors import UserError
 from racecar.pipelines.commands import cli
 

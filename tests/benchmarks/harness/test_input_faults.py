@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.harness.replaced import replaced
-from benchmarks.quality import input_faults as faults
+from benchmarks.harness import input_faults as faults
 from benchmarks.quality.spoiled_maps import SPOILINGS, UNSPOILED
 from racecar.mapping.config import MappingConfig
 from racecar.maps.geometry.se2 import IDENTITY, compose
@@ -96,9 +95,9 @@ def test_beams_change() -> None:
 @pytest.mark.parametrize("name", SPOILINGS)
 def test_every_way_to_spoil_a_drive_changes_it_or_the_settings(name: str) -> None:
     how, before = SPOILINGS[name], drive(200)
-    after = how.of(before)
+    after = how.spoiled(before)
     is_same = len(before) == len(after) and all(a is b for a, b in zip(before, after, strict=True))
     assert (is_same and not how.settings and not how.replacements) == (name == UNSPOILED)
     MappingConfig.model_validate(how.settings)
-    with replaced(how.replacements):
+    with how.in_place():
         assert all(getattr(owner, thing) == by for owner, thing, by in how.replacements)

@@ -1,11 +1,11 @@
 """Faults of what a mapper is fed: each takes the messages of a drive and gives them as a faulty car would."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from racecar.maps.geometry.se2 import Pose, between, compose
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
@@ -27,20 +27,19 @@ def scaled_wheels(
 ) -> list[Measurement]:
     """Wheels that report these shares of what they drove and turned, and ``bias`` radians per metre more."""
 
-    def changed(step: Pose, _: int) -> Pose:
+    def changed(step: Pose, _: Odometry) -> Pose:
         turned = step[2] * turn + bias * float(np.hypot(step[0], step[1]))
         return np.array([step[0] * forward, step[1] * forward, turned])
 
-    return _with_steps(messages, changed)
+    return with_steps(messages, changed)
 
 
 def slipping_wheels(messages: Messages, *, every: int, spread: float) -> list[Measurement]:
     """One in ``every`` half second, wheels run ahead or lag by a share of standard deviation ``spread``."""
     generator = np.random.default_rng(_SEED)
     slips = generator.normal(0.0, spread, len(messages)) * (generator.random(len(messages)) < 1.0 / every)
-    return _with_steps(
-        messages, lambda step, number: step * (1.0 + slips[number // _STEPS_PER_SLIP] * np.array([1, 0, 1]))
-    )
+    of_steps = iter(np.repeat(slips, _STEPS_PER_SLIP))
+    return with_steps(messages, lambda step, _: step * (1.0 + next(of_steps) * np.array([1, 0, 1])))
 
 
 def late_wheels(messages: Messages, seconds: float) -> list[Measurement]:
@@ -168,22 +167,20 @@ def _with_scans(messages: Messages, changed: Callable[[Scan], Scan]) -> list[Mea
     return [changed(message) if isinstance(message, Scan) else message for message in messages]
 
 
-def _with_steps(messages: Messages, changed: Callable[[Pose, int], Pose]) -> list[Measurement]:
-    """Odometry added up anew, of steps that were ``changed``; each is numbered."""
-
-    def anew() -> Iterator[Measurement]:
-        before = place = None
-        number = 0
-        for message in messages:
-            if not isinstance(message, Odometry):
-                yield message
-                continue
-            if before is None or place is None:
-                place = message.odom_from_base
-            else:
-                place = compose(place, changed(between(before, message.odom_from_base), number))
-                number += 1
-            before = message.odom_from_base
-            yield replace(message, odom_from_base=place)
-
-    return list(anew())
+def with_steps(messages: Messages, changed: Callable[[Pose, Odometry], Pose]) -> list[Measurement]:
+    """Odometry added up anew, of steps that were ``changed``, each told with the sample at its end."""
+    before: Odometry | None = None
+    place = IDENTITY
+    anew: list[Measurement] = []
+    for message in messages:
+        if not isinstance(message, Odometry):
+            anew.append(message)
+            continue
+        if before is None:
+            place = message.odom_from_base
+        else:
+            step = between(before.odom_from_base, message.odom_from_base)
+            place = compose(place, changed(step, message))
+        before = message
+        anew.append(replace(message, odom_from_base=place))
+    return anew
