@@ -1,1 +1,1 @@
-"""What all benchmarks have in common: commands, cases and variants, faults of the input, tables, the JSON file."""
+"""What all benchmarks share: commands, cases and variants, faults of the input, tables and the JSON file."""
