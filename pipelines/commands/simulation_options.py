@@ -15,7 +15,7 @@ PlanOption = Annotated[
         "--map",
         metavar="MAP",
         help="Where to drive: a map's YAML file, a folder with map.yaml, or a built-in plan: building, "
-        "track, twin_corridors, bare_corridor, long_track, campus.",
+        "track, lab_room, ring, twin_corridors, bare_corridor, long_track, campus.",
     ),
 ]
 CAR_FLAGS = ("noise", "max_speed", "walkers", "slip", "laser", "seed")

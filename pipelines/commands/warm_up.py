@@ -8,16 +8,16 @@ from pathlib import Path
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.warm_up import warm_up as warm_up_localizer
+from racecar.maps.map_files import load_map
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.demo_run import run_demo
-from racecar.pipelines.simulation.floor_canvas import draw_ring
 
 
 def warm_up() -> None:
     """Run every stage on a short drive; the compiled kernels stay on disk."""
     with tempfile.TemporaryDirectory() as folder:
         run_demo(
-            draw_ring(),
+            load_map("ring"),
             Path(folder),
             Report("warm up"),
             seed=0,

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import IDENTITY
+from racecar.pipelines.experiments.circle_drive import CircleDrive
 from racecar.pipelines.experiments.experiment import ExperimentSettings
 from racecar.pipelines.experiments.filters import (
     FilterSettings,
@@ -17,7 +18,6 @@ from racecar.pipelines.experiments.filters import (
     sweep,
     track,
 )
-from racecar.pipelines.experiments.lab_room import CircleDrive, draw_lab_room
 from racecar.pipelines.experiments.page import COLORS, Page, plus_minus, show_plain_ticks
 from racecar.pipelines.experiments.recording import Recording
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
@@ -48,7 +48,7 @@ def converge(variant: FilterSettings, recording: Recording | None, seed: int, in
     """One filter from one start; the same seed and index start alike in both."""
     rng = np.random.default_rng([seed, index, 3])
     if recording is None:
-        drive = CircleDrive(draw_lab_room(), _SECONDS)
+        drive = CircleDrive(_SECONDS)
         grid, start, messages = drive.grid, IDENTITY, list(drive.messages(rng))
     else:
         assert recording.start is not None, "the command has searched for it"

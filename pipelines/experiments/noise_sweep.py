@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import IDENTITY
+from racecar.pipelines.experiments.circle_drive import SCAN_PERIOD, CircleDrive
 from racecar.pipelines.experiments.experiment import ExperimentSettings
 from racecar.pipelines.experiments.filters import (
     FilterSettings,
@@ -18,7 +19,6 @@ from racecar.pipelines.experiments.filters import (
     track,
     with_motion_noise,
 )
-from racecar.pipelines.experiments.lab_room import SCAN_PERIOD, CircleDrive, draw_lab_room
 from racecar.pipelines.experiments.page import (
     COLORS,
     COURSE_NAME,
@@ -236,7 +236,7 @@ def step_response(variant: FilterSettings, seed: int, index: int) -> dict[str, A
 
 
 def _drive() -> CircleDrive:
-    return CircleDrive(draw_lab_room(), _SECONDS, JUMP, _JUMP_AFTER)
+    return CircleDrive(_SECONDS, JUMP, _JUMP_AFTER)
 
 
 def measure_step(offsets: NDArray[np.float64], is_after: NDArray[np.bool_]) -> dict[str, Any]:

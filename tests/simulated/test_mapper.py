@@ -9,7 +9,7 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.keyframes import constraints
 from racecar.mapping.mapper import Mapper
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
-from racecar.pipelines.simulation.floor_canvas import draw_ring
+from racecar.maps.map_files import load_map
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER
 from racecar.pipelines.simulation.simulator import Simulation, SimulationConfig
 from racecar.sensors.scan import Scan
@@ -96,7 +96,7 @@ def test_a_car_that_drove_on_while_nothing_was_recorded_is_where_its_wheels_say(
     """On a ring that looks alike along its straights, and whose corners look alike."""
     began, lasted = gap
     simulation = Simulation(
-        draw_ring(), SimulationConfig(noise="slight", seed=0, duration=began + lasted + 3.0)
+        load_map("ring"), SimulationConfig(noise="slight", seed=0, duration=began + lasted + 3.0)
     )
     assert error_over_a_gap(simulation, began, lasted) < 0.02
 

@@ -18,7 +18,7 @@ from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from racecar.pipelines.simulation.floor_canvas import draw_ring
+from racecar.maps.map_files import load_map
 
 SMALL = Workload(
     particles=500,
@@ -36,7 +36,7 @@ SMALL = Workload(
 
 @pytest.fixture(scope="module")
 def ring() -> OccupancyGrid:
-    return draw_ring()
+    return load_map("ring")
 
 
 def test_the_figures_of_a_small_map(

@@ -9,8 +9,8 @@ import numpy as np
 
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
 from racecar.pipelines.bags.messages import TRANSFORMS, ros2_types
-from racecar.pipelines.simulation.floor_canvas import draw_ring
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, UST_10LX
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
@@ -25,7 +25,7 @@ SECONDS = 110.0
 
 @cache
 def ring() -> OccupancyGrid:
-    return draw_ring()
+    return load_map("ring")
 
 
 @cache

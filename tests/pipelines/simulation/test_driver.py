@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import between, compose
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
@@ -27,7 +27,6 @@ from racecar.pipelines.simulation.driving_lattice import (
     clearance_field,
     curves_from,
 )
-from racecar.pipelines.simulation.floor_canvas import FloorCanvas
 from racecar.pipelines.simulation.path_smoothing import lengths_along, resample, smooth_path
 from racecar.pipelines.simulation.routes import choose_start, round_trip
 
@@ -64,11 +63,10 @@ def lattice(track: Trip) -> DrivingLattice:
 @pytest.fixture(scope="module")
 def dead_end() -> Trip:
     """A room with a corridor too narrow to turn in, the whole turned by 0.4 radians."""
-    canvas = FloorCanvas((-3.0, -3.0), (12.0, 3.0))
-    canvas.open_box(-2.5, -2.5, 2.5, 2.5)
-    canvas.open_box(2.0, -0.5, 11.0, 0.5)
-    grid = canvas.finish()
-    return go(OccupancyGrid(grid.cells, grid.resolution, np.array([5.0, -7.0, 0.4])))
+    cells = np.full((120, 300), OCCUPIED, dtype=np.int8)
+    cells[10:110, 10:110] = FREE
+    cells[50:70, 100:280] = FREE
+    return go(OccupancyGrid(cells, 0.05, np.array([5.0, -7.0, 0.4])))
 
 
 TRIPS = ["building", "track", "dead_end"]
@@ -168,12 +166,11 @@ def test_the_start_can_be_chosen(track: Trip, lattice: DrivingLattice) -> None:
 
 
 def test_a_map_without_room_is_told() -> None:
-    narrow = FloorCanvas((0.0, 0.0), (5.0, 5.0))
-    narrow.open_box(1.0, 1.0, 4.0, 1.5)
-    with pytest.raises(UserError, match="no room to drive"):
-        DrivingLattice(narrow.finish())
-    with pytest.raises(UserError, match="no room to drive"):
-        DrivingLattice(OccupancyGrid(np.full((3, 3), -1, dtype=np.int8), 0.05, np.zeros(3)))
+    narrow = np.full((100, 100), OCCUPIED, dtype=np.int8)
+    narrow[20:30, 20:80] = FREE
+    for cells in (narrow, np.full((3, 3), UNKNOWN, dtype=np.int8)):
+        with pytest.raises(UserError, match="no room to drive"):
+            DrivingLattice(OccupancyGrid(cells, 0.05, np.zeros(3)))
 
 
 @pytest.mark.parametrize("heading", range(16))

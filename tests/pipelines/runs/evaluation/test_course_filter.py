@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from racecar.maps.geometry.se2 import IDENTITY
+from racecar.pipelines.experiments.circle_drive import CircleDrive
 from racecar.pipelines.experiments.filters import place_errors, track
-from racecar.pipelines.experiments.lab_room import CircleDrive, draw_lab_room
 from racecar.pipelines.runs.evaluation.course_filter import (
     CourseFilter,
     CourseSettings,
@@ -50,7 +50,7 @@ def test_parts_of_the_table_are_as_specified() -> None:
 
 
 def test_follows_a_car_from_a_wide_start() -> None:
-    drive = CircleDrive(draw_lab_room(), 4.0)
+    drive = CircleDrive(4.0)
     rng = np.random.default_rng(1)
     filter_ = CourseFilter(drive.grid, CourseSettings(), rng)
     filter_.set_pose(np.array([0.2, -0.2, 0.1]), np.diag([0.25, 0.25, 0.06]))
@@ -61,7 +61,7 @@ def test_follows_a_car_from_a_wide_start() -> None:
 
 def test_odometry_between_scans_adds_up() -> None:
     """The MIT filter loses all but the last message."""
-    drive = CircleDrive(draw_lab_room(), 0.1)
+    drive = CircleDrive(0.1)
     filter_ = CourseFilter(drive.grid, CourseSettings(noise=1e-6), np.random.default_rng(0))
     filter_.set_pose(IDENTITY, np.diag([1e-12] * 3))
     for stamp, x in enumerate([0.0, 0.1, 0.3, 0.35]):
@@ -71,7 +71,7 @@ def test_odometry_between_scans_adds_up() -> None:
 
 
 def test_headings_are_averaged_on_the_circle() -> None:
-    drive = CircleDrive(draw_lab_room(), 0.1)
+    drive = CircleDrive(0.1)
     filter_ = CourseFilter(drive.grid, CourseSettings(noise=0.05), np.random.default_rng(0))
     filter_.set_pose(np.array([0.0, 0.0, np.pi]), np.diag([1e-6, 1e-6, 0.01]))
     scan = next(message for message in drive.messages(np.random.default_rng(0)) if hasattr(message, "ranges"))

@@ -1,7 +1,8 @@
-"""A room to measure filters in: small, so that a sweep of hundreds of drives takes a minute."""
+"""A drive in circles to measure filters on: short, so that a sweep of hundreds takes a minute."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
+from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.simulation.floor_canvas import FloorCanvas
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
@@ -24,30 +25,17 @@ _RANGE_NOISE = 0.01
 _MAX_RANGE = 10.0
 
 
-def draw_lab_room() -> OccupancyGrid:
-    """10 × 8 m with furniture; the origin is near its middle."""
-    plan = FloorCanvas((-1.0, -1.0), (11.0, 9.0))
-    plan.open_box(0.0, 0.0, 10.0, 8.0)
-    plan.solid_box(0.0, 6.6, 2.2, 8.0)
-    plan.solid_box(8.8, 0.0, 10.0, 1.6)
-    plan.solid_box(6.5, 7.5, 8.5, 8.0)
-    plan.solid_disc(0.9, 0.9, 0.5)
-    plan.solid_disc(9.2, 6.2, 0.25)
-    plan.solid_table(4.6, 0.6, 1.6, 0.5, 0.25)
-    plan.solid_table(0.7, 4.2, 0.5, 1.0, -0.2)
-    return plan.finish(origin=(4.5, 2.7))
-
-
 @dataclass(frozen=True, eq=False)
 class CircleDrive:
-    """A car that drives in circles from the origin on, facing along x, and may be put elsewhere meanwhile."""
+    """A car that drives in circles through the lab room, from the origin on and facing along x; it may be put
+    elsewhere meanwhile."""
 
-    grid: OccupancyGrid
     seconds: float
     jump: ArrayLike = (0.0, 0.0, 0.0)
     """(3,) where it is put, added to its pose; its heading must stay."""
     jump_after: float = np.inf
     """Seconds."""
+    grid: OccupancyGrid = field(init=False, default_factory=partial(load_map, "lab_room"))
 
     @property
     def truth(self) -> Trajectory:
