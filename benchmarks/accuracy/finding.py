@@ -14,6 +14,7 @@ from benchmarks.harness.table import Column
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, UST_10LX
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 
@@ -125,9 +126,17 @@ def _distinct_drives(map_name: str, count: int, seconds: float) -> Iterator[tupl
         if lookalikes.has(pose, BASE_FROM_LASER, UST_10LX.bearings):
             passed += 1
             continue
-        yield whole.segment(first, first + length), passed
+        yield _part(whole, first, first + length), passed
         before = whole.truth.map_from_base[first + length - 1]
         count, passed = count - 1, 0
+
+
+def _part(drive: SimulatedDrive, first: int, last: int) -> SimulatedDrive:
+    """From one scan to before another."""
+    start, end = drive.truth.stamps[[first, last]]
+    messages = [message for message in drive.messages if start <= message.stamp < end]
+    stamps, poses = drive.truth.stamps[first:last], drive.truth.map_from_base[first:last]
+    return SimulatedDrive(drive.grid, messages, Trajectory(stamps, poses))
 
 
 def _right_after(result: LocalizedDrive) -> float:

@@ -10,9 +10,6 @@ from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.scan import Scan
 
-_FOREVER = 2**62
-"""Nanoseconds, later than any stamp: those of this century are below 2**62, which is the year 2116."""
-
 
 @dataclass(frozen=True, eq=False)
 class SimulatedDrive:
@@ -24,16 +21,6 @@ class SimulatedDrive:
     """In the order of time."""
     truth: Trajectory
     """One pose per scan."""
-
-    def segment(self, first: int, last: int) -> "SimulatedDrive":
-        """The part from one scan to before another."""
-        start = int(self.truth.stamps[first])
-        end = int(self.truth.stamps[last]) if last < len(self.truth) else _FOREVER
-        return SimulatedDrive(
-            self.grid,
-            [message for message in self.messages if start <= message.stamp < end],
-            Trajectory(self.truth.stamps[first:last], self.truth.map_from_base[first:last]),
-        )
 
 
 def simulate_drive(grid: OccupancyGrid, config: SimulationConfig, *, every: int = 1) -> SimulatedDrive:

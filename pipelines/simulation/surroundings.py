@@ -8,11 +8,18 @@ from racecar.pipelines.simulation import laser_sensor
 from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
 from racecar.pipelines.simulation.ground import Ground, draw_heights
-from racecar.pipelines.simulation.laser_models import LASERS
-from racecar.pipelines.simulation.near_returns import see_carrier, see_posts
+from racecar.pipelines.simulation.laser_models import LASERS, LaserModel
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.pipelines.simulation.walkers import LEG_RADIUS, Follower, Walkers
 from racecar.pipelines.simulation.wheel_odometry import is_carried
+
+_POST_RADIUS = 0.015
+_NEAREST_POST, _FARTHEST_POST = 0.18, 0.35
+"""Metres, as the posts are of a robot that bears a plate above its laser."""
+_BODY, _BODY_BULGE = 0.25, 0.05
+"""Metres to a carrier's body, more or less, as in a recording of a carried robot: 0.2 to 0.3 m."""
+_BODY_PERIOD = 1.1
+"""Seconds of a carrier's two steps, in which the body sways."""
 
 
 class Surroundings:
@@ -61,3 +68,24 @@ class Surroundings:
 
     def _generator(self, part: int) -> np.random.Generator:
         return np.random.default_rng([self._config.seed, part])
+
+
+def see_posts(number: int, laser: LaserModel, generator: np.random.Generator) -> NDArray[np.float64]:
+    """(beams,) metres to the robot's own posts, each in a part of the view of its own; inf between them."""
+    part = np.radians(laser.field_of_view) / max(number, 1)
+    ranges = np.full(laser.beams, np.inf)
+    for post in range(number):
+        bearing = laser.angle_min + part * (post + generator.uniform(0.1, 0.9))
+        distance = generator.uniform(_NEAREST_POST, _FARTHEST_POST)
+        center = distance * np.array([np.cos(bearing), np.sin(bearing)])
+        seen = laser_sensor.range_to_disc(np.zeros((1, 3)), laser.bearings, center, _POST_RADIUS)
+        ranges = np.minimum(ranges, seen)
+    return ranges
+
+
+def see_carrier(laser: LaserModel, seconds: float) -> NDArray[np.float64]:
+    """(beams,) metres to the body of who carries the robot, on the rear half of the beams; inf elsewhere."""
+    sway = 2.0 * np.pi * seconds / _BODY_PERIOD
+    body = _BODY + _BODY_BULGE * np.sin(3.0 * laser.bearings + 0.5 * np.sin(sway))
+    is_ahead = np.abs(laser.bearings) < np.radians(laser.field_of_view) / 4
+    return np.where(is_ahead, np.inf, body)

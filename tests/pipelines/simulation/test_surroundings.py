@@ -5,8 +5,8 @@ import pytest
 
 from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.laser_models import LASERS, UST_10LX
-from racecar.pipelines.simulation.near_returns import see_carrier, see_posts
 from racecar.pipelines.simulation.simulator_config import LaserKind
+from racecar.pipelines.simulation.surroundings import see_carrier, see_posts
 from racecar.pipelines.simulation.walkers import Follower
 from racecar.pipelines.simulation.wheel_odometry import is_carried
 
