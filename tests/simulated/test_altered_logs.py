@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.slam.logs import find_logs
-from benchmarks.slam.published import PUBLISHED
+from benchmarks.slam.slam import PUBLISHED
 from racecar.maps.geometry.se2 import compose
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.runs.evaluation.relations import Relations, load_relations, relation_errors

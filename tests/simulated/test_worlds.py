@@ -2,8 +2,7 @@
 
 import pytest
 
-from benchmarks.worlds.catalogue import WORLDS
-from benchmarks.worlds.worlds import map_drive
+from benchmarks.worlds.worlds import WORLDS, map_drive
 from racecar.mapping.config import MappingConfig
 
 pytestmark = pytest.mark.slow

@@ -3,9 +3,8 @@
 import pytest
 
 from benchmarks.harness.table import cells
-from benchmarks.worlds.catalogue import WORLDS, World
 from benchmarks.worlds.drive_errors import DriveErrors
-from benchmarks.worlds.worlds import WorldDrive, map_drive, world_figures
+from benchmarks.worlds.worlds import WORLDS, World, WorldDrive, map_drive, world_figures
 from racecar.mapping.config import MappingConfig
 from racecar.maps.shipped import shipped_names
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
