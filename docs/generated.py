@@ -91,7 +91,7 @@ def _value(value: object) -> str:
         return f"`{str(value).lower()}`"
     if isinstance(value, float):
         return f"`{value:.6g}`"
-    text = str(getattr(value, "value", value))
+    text = "null" if value is None else str(getattr(value, "value", value))
     return f"`{text}`" if len(text) < 60 else "see the source"
 
 

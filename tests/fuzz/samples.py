@@ -13,9 +13,8 @@ from typing import Any
 import msgspec
 import numpy as np
 import yaml
-from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag1 import Writer as Ros1Writer
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from typer.main import get_command
 
 from racecar.mapping import Mapper, MappingConfig
@@ -40,6 +39,7 @@ from racecar.pipelines.runs.source_recording import SourceRecording
 from racecar.pipelines.runs.view.run_folder import load_run
 from racecar.sensors.odometry import Odometry
 from tests.fuzz.pages import SAID, SCREENS, page_action, sound_messages
+from tests.pipelines.bag_samples import write_again
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -238,25 +238,13 @@ def _folder(path: Path) -> dict[str, bytes]:
 def _copy_ros1(source: Path, target: Path, compression: Ros1Writer.CompressionFormat) -> None:
     writer = Ros1Writer(target)
     writer.set_compression(compression)
-    with Ros1Reader(source) as reader, writer:
-        connections = {
-            c.id: writer.add_connection(c.topic, c.msgtype, msgdef=c.msgdef.data, md5sum=c.digest)
-            for c in reader.connections
-        }
-        for connection, time, data in reader.messages():
-            writer.write(connections[connection.id], time, data)
+    write_again(source, writer)
 
 
 def _copy_ros2(source: Path, target: Path, plugin: StoragePlugin, mode: CompressionMode) -> None:
     writer = Writer(target, version=8, storage_plugin=plugin)
     writer.set_compression(mode, CompressionFormat.ZSTD)
-    with Reader(source) as reader, writer:
-        connections = {
-            c.id: writer.add_connection(c.topic, c.msgtype, msgdef=c.msgdef.data, rihs01="RIHS01_" + "0" * 64)
-            for c in reader.connections
-        }
-        for connection, time, data in reader.messages():
-            writer.write(connections[connection.id], time, data)
+    write_again(source, writer)
 
 
 def _with_log(database: Path, folder: Path) -> dict[str, bytes]:

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rosbags.rosbag1 import Reader as Ros1Reader
+from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 
@@ -71,26 +73,24 @@ def bag_of(path: Path, write: Callable[[BagWriter], None]) -> Path:
     return path
 
 
-def as_sqlite(source: Path, target: Path) -> Path:
-    """The same bag in a sqlite folder."""
-    from rosbags.rosbag2 import Reader
-
-    with (
-        Reader(source) as reader,
-        Ros2Writer(target, version=8, storage_plugin=StoragePlugin.SQLITE3) as writer,
-    ):
-        connections = {
-            connection.id: writer.add_connection(
-                connection.topic,
-                connection.msgtype,
-                msgdef=connection.msgdef.data,
-                rihs01="RIHS01_" + "0" * 64,
+def write_again(source: Path, writer: Any) -> Path:
+    """The messages of a bag, by a writer of rosbags for the same kind of ROS."""
+    is_ros1 = source.suffix == ".bag"
+    with (Ros1Reader if is_ros1 else Ros2Reader)(source) as reader, writer:
+        connections = {}
+        for each in reader.connections:
+            digest = {"md5sum": each.digest} if is_ros1 else {"rihs01": "RIHS01_" + "0" * 64}
+            connections[each.id] = writer.add_connection(
+                each.topic, each.msgtype, msgdef=each.msgdef.data, **digest
             )
-            for connection in reader.connections
-        }
         for connection, time, data in reader.messages():
             writer.write(connections[connection.id], time, data)
-    return target
+    return Path(writer.path)
+
+
+def as_sqlite(source: Path, target: Path) -> Path:
+    """The same bag in a sqlite folder."""
+    return write_again(source, Ros2Writer(target, version=8, storage_plugin=StoragePlugin.SQLITE3))
 
 
 def cut(source: Path, target: Path, share: float) -> Path:

@@ -75,14 +75,18 @@ def test_wheels_come_before_cameras(tmp_path):
     assert any("/camera/odom/sample" in warning for warning in reader.warnings)
 
 
-@pytest.mark.parametrize("name", ["neato_processed_scan", "neato_laser_in_tf", "neato_square"])
-def test_recordings_with_processed_copies(recordings, name):
+def opened_recording(recordings, name):
     from racecar.pipelines.bags.reader import BagReader
 
     path = recordings / "strangers" / name / f"{name}.bag"
     if not path.exists():
         pytest.skip(f"no {path}")
-    with BagReader(path) as reader:
+    return BagReader(path)
+
+
+@pytest.mark.parametrize("name", ["neato_processed_scan", "neato_laser_in_tf", "neato_square"])
+def test_recordings_with_processed_copies(recordings, name):
+    with opened_recording(recordings, name) as reader:
         assert reader.scan_topic == "/scan"
         assert reader.base_from_laser_source == "tf"
         np.testing.assert_allclose(np.cos(reader.base_from_laser[2]), -1.0, atol=1e-6)
@@ -90,11 +94,6 @@ def test_recordings_with_processed_copies(recordings, name):
 
 @pytest.mark.parametrize("name", ["mower_rplidar", "amr_merged_scan"])
 def test_recordings_with_odometry_on_tf_only(recordings, name):
-    from racecar.pipelines.bags.reader import BagReader
-
-    path = recordings / "strangers" / name / f"{name}.bag"
-    if not path.exists():
-        pytest.skip(f"no {path}")
-    with BagReader(path) as reader:
+    with opened_recording(recordings, name) as reader:
         assert reader.odom_topic == "/tf"
         assert "odom -> base_link" in reader.odometry_source

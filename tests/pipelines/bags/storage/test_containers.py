@@ -9,7 +9,6 @@ import lz4.frame
 import pytest
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
-from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.rosbag2 import Writer as Ros2Writer
 
 from racecar.maps.errors import UserError
@@ -17,7 +16,7 @@ from racecar.pipelines.bags.messages import LASER_SCAN, ODOMETRY, ros1_types, ro
 from racecar.pipelines.bags.storage.mcap import McapFile
 from racecar.pipelines.bags.storage.ros1 import Ros1File
 from racecar.pipelines.bags.storage.store import BagStore
-from tests.pipelines.bag_samples import bags_of_all_formats, file_of, read, write_bag
+from tests.pipelines.bag_samples import bags_of_all_formats, file_of, read, write_again, write_bag
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -162,13 +161,7 @@ def test_compression_by_the_recorder(whole, tmp_path, mode, plugin, with_metadat
         pytest.skip("sqlite has none")
     writer = Ros2Writer(tmp_path / "bag", version=8, storage_plugin=plugin)
     writer.set_compression(mode, CompressionFormat.ZSTD)
-    with Ros2Reader(whole["mcap"]) as reader, writer:
-        connections = {
-            c.id: writer.add_connection(c.topic, c.msgtype, msgdef=c.msgdef.data, rihs01="RIHS01_" + "0" * 64)
-            for c in reader.connections
-        }
-        for connection, time, data in reader.messages():
-            writer.write(connections[connection.id], time, data)
+    write_again(whole["mcap"], writer)
     if not with_metadata:
         (tmp_path / "bag" / "metadata.yaml").unlink()
     assert messages(tmp_path / "bag") == messages(whole["mcap"])

@@ -8,7 +8,6 @@ import pytest
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
-from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.rosbag2 import Writer as Ros2Writer
 
 from racecar.maps.errors import UserError
@@ -20,6 +19,7 @@ from tests.pipelines.bag_samples import (
     cut_folder,
     file_of,
     read,
+    write_again,
     write_bag,
 )
 
@@ -106,13 +106,7 @@ def test_cut_compressed_chunks_of_ros1(whole, tmp_path, compression):
     packed = tmp_path / "packed.bag"
     writer = Ros1Writer(packed)
     writer.set_compression(compression)
-    with Ros1Reader(whole["ros1"]) as reader, writer:
-        connections = {
-            c.id: writer.add_connection(c.topic, c.msgtype, msgdef=c.msgdef.data, md5sum=c.digest)
-            for c in reader.connections
-        }
-        for connection, time, data in reader.messages():
-            writer.write(connections[connection.id], time, data)
+    write_again(whole["ros1"], writer)
     assert len(read(packed)[0]) == COUNT
     scans, _, reader = read(cut(packed, tmp_path / "cut.bag", 0.6))
     assert 0.3 * COUNT < len(scans) < 0.7 * COUNT
@@ -123,13 +117,7 @@ def test_cut_compressed_chunks_of_mcap(whole, tmp_path):
     packed = tmp_path / "packed"
     writer = Ros2Writer(packed, version=8, storage_plugin=StoragePlugin.MCAP)
     writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-    with Ros2Reader(whole["mcap"]) as reader, writer:
-        connections = {
-            c.id: writer.add_connection(c.topic, c.msgtype, msgdef=c.msgdef.data, rihs01="RIHS01_" + "0" * 64)
-            for c in reader.connections
-        }
-        for connection, time, data in reader.messages():
-            writer.write(connections[connection.id], time, data)
+    write_again(whole["mcap"], writer)
     assert len(read(packed)[0]) == COUNT
     scans, _, _ = read(cut_folder(packed, tmp_path / "cut", 0.6))
     assert 0.4 * COUNT < len(scans) < 0.8 * COUNT
