@@ -78,7 +78,8 @@ COUNTED: Mapping[str, Sentences] = {
     "changed_beam_counts": ("Changes of the number of beams: {count}.", "No action is needed."),
     "scans_without_range_max": (
         "Scans that do not state the sensor's range, for which 60 m is assumed: {count}.",
-        "Set range_max in the driver, so that misses are not taken for walls.",
+        "Set range_max in the driver, or sensors.max_range in a file for --config, so that misses are not "
+        "taken for walls.",
     ),
 }
 """Of what was mended or dropped while reading, and counted under these names."""
