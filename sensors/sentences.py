@@ -457,6 +457,8 @@ _LIVE: Mapping[str, Sentences] = {
         "The odometry repeats one pose while the scans move on: it is ignored until that changes.",
         f"{_CARRIED} find out why the odometry's driver hangs.",
     ),
+    "lost": ("The scans do not fit the map where the car is taken to be: it may be lost.", ""),
+    "laser_turned": ("{warning}", ""),
     "no_messages": (
         "Nothing has arrived on {topic} yet: is the driver running, and is the name right?",
         "",

@@ -33,6 +33,7 @@ from racecar.pipelines.live.ros.parameters import declare_settings, watch_settin
 from racecar.pipelines.live.ros.qos import LATCHED
 from racecar.pipelines.live.start_requests import StartRequests
 from racecar.pipelines.live.work.schedule import Schedule
+from racecar.sensors.findings import Finding
 from racecar.sensors.odometry import Odometry
 
 if TYPE_CHECKING:
@@ -300,10 +301,14 @@ class LocalizerNode(LiveNode):
             self.transforms.publish(stamp, estimate.map_from_base, "", None)
         self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
         if scan.is_return.any():
-            self._judge(estimate)
+            self._whereabouts.follow(estimate)
+            is_lost = self._whereabouts.may_be_lost
+            self.faults.judge(is_lost, Finding("lost"), "The scans fit the map again.")
         self.judge_odometry(localizer.frozen_odometry)
         self.judge_turns(localizer.turn_model)
-        self._judge_laser(localizer.calibration.laser_warning)
+        warning = localizer.calibration.laser_warning
+        finding, ended = Finding("laser_turned", warning=warning), "The laser looks where its transform says."
+        self.faults.judge(warning is not None, finding, ended)
         if self._last_odometry is not None and not estimate.is_lost:
             self._trail.append((arrival, estimate.map_from_base, self._last_odometry[1].odom_from_base))
         self._display.show(stamp, localizer.calibration.turned(scan), estimate, localizer)
@@ -332,21 +337,6 @@ class LocalizerNode(LiveNode):
             )
         )
         self.health.note("poses")
-
-    def _judge(self, estimate: PoseEstimate) -> None:
-        self._whereabouts.follow(estimate)
-        if self._whereabouts.may_be_lost:
-            self.faults.report(
-                "lost", "The scans do not fit the map where the car is taken to be: it may be lost."
-            )
-        else:
-            self.faults.end("lost", "The scans fit the map again.")
-
-    def _judge_laser(self, warning: str | None) -> None:
-        if warning is not None:
-            self.faults.report("laser_turned", warning)
-        else:
-            self.faults.end("laser_turned", "The laser looks where its transform says.")
 
     def _remember(self) -> None:
         """Write the pose down, if it is known well."""

@@ -13,9 +13,8 @@ from racecar.pipelines.live.monitoring.diagnostics import Diagnostics
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.pipelines.live.ros.messages import start_pose
 from racecar.pipelines.live.ros.parameters import declare_settings, watch_settings
-from racecar.pipelines.live.simulated_car.car_topics import CarTopics
+from racecar.pipelines.live.simulated_car.car_topics import CarTopics, FrameNames
 from racecar.pipelines.live.simulated_car.drive_commands import DriveCommands
-from racecar.pipelines.live.simulated_car.frame_names import FrameNames
 from racecar.pipelines.live.simulated_car.goals import Goals
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.simulation.driver import TICK

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from racecar.sensors.motion.recent_rows import RecentRows
 from racecar.sensors.yaw_rate import YawRate
 
 _WIDEST_GAP = 500_000_000
@@ -37,7 +38,7 @@ def turn_between(before: GyroReading | None, after: GyroReading | None) -> float
     return after.angle - before.angle
 
 
-class GyroBuffer:
+class GyroBuffer(RecentRows):
     """Samples in the order of time. Any number of threads may read, or one may add, but not both at once.
 
     A gyroscope is dead, and says nothing, as long as its samples are the same number, such as zero, from the
@@ -45,37 +46,23 @@ class GyroBuffer:
     """
 
     def __init__(self, max_samples: int = 4096) -> None:
-        self._max_samples = max_samples
-        self._all = np.empty((2 * max_samples, 2))
-        """Rates, and angles: their sum until each, by the trapezoidal rule."""
-        self._all_stamps = np.empty(2 * max_samples, dtype=np.int64)
-        self._begin = self._end = 0
+        """A row is a rate, and the angle: the sum of rates until then, by the trapezoidal rule."""
+        super().__init__(2, max_samples)
         self._series = 0
-        self._first_rate: float | None = None
         self._changed_at: int | None = None
         """Nanoseconds of the last sample that differed from the one before."""
-
-    def __len__(self) -> int:
-        return self._end - self._begin
 
     @property
     def series(self) -> int:
         """Number of the uninterrupted series of samples."""
         return self._series
 
-    @property
-    def latest_stamp(self) -> int | None:
-        """Nanoseconds, None while empty."""
-        return int(self._all_stamps[self._end - 1]) if self._end else None
-
     def add(self, sample: YawRate) -> None:
         """Take a sample; one that is no number, or not newer than the last, is left out."""
         latest = self.latest_stamp
         if not math.isfinite(sample.rate) or (latest is not None and sample.stamp <= latest):
             return
-        if self._first_rate is None:
-            self._first_rate = sample.rate
-        if latest is not None and sample.rate != self._all[self._end - 1, 0]:
+        if latest is not None and sample.rate != self._rows[-1, 0]:
             if self._changed_at is not None and not self._is_alive:
                 self.start_anew()
                 latest = None
@@ -85,19 +72,9 @@ class GyroBuffer:
             if sample.stamp - latest > _WIDEST_GAP:
                 self.start_anew()
             else:
-                rate, angle = self._all[self._end - 1].tolist()
+                rate, angle = self._rows[-1].tolist()
                 angle += 0.5 * (rate + sample.rate) * (sample.stamp - latest) * 1e-9
-        if self._end == len(self._all_stamps):
-            kept = slice(self._begin, self._end)
-            count = len(self)
-            self._all_stamps[:count], self._all[:count] = (
-                self._all_stamps[kept].copy(),
-                self._all[kept].copy(),
-            )
-            self._begin, self._end = 0, count
-        self._all_stamps[self._end], self._all[self._end] = sample.stamp, (sample.rate, angle)
-        self._end += 1
-        self._begin = max(self._begin, self._end - self._max_samples)
+        self._append(sample.stamp, (sample.rate, angle))
 
     @property
     def _is_alive(self) -> bool:
@@ -106,7 +83,7 @@ class GyroBuffer:
 
     def start_anew(self) -> None:
         """What comes does not continue what was."""
-        self._begin = self._end = 0
+        self._clear()
         self._series += 1
 
     def covers(self, stamp: int) -> bool:
@@ -114,7 +91,7 @@ class GyroBuffer:
         latest = self.latest_stamp
         if latest is None or not self._is_alive or stamp > latest + _LONGEST_EXTRAPOLATION:
             return False
-        return bool(stamp >= self._all_stamps[self._begin])
+        return bool(stamp >= self._stamps[0])
 
     def reading_at(self, stamp: int) -> GyroReading | None:
         """What was summed up until a stamp (nanoseconds); None where it is not covered."""
@@ -130,8 +107,7 @@ class GyroBuffer:
         """
         if not self._end:
             raise LookupError("no yaw rates yet")
-        kept = slice(self._begin, self._end)
-        known, (rates, angles) = self._all_stamps[kept], self._all[kept].T
+        known, (rates, angles) = self._stamps, self._rows.T
         wanted = np.asarray(stamps, dtype=np.int64)
         left = np.clip(np.searchsorted(known, wanted, side="right") - 1, 0, len(known) - 1)
         right = np.minimum(left + 1, len(known) - 1)

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.sensors.motion.odometry_buffer_kernels import last_speed, poses_at
+from racecar.sensors.motion.recent_rows import RecentRows
 from racecar.sensors.odometry import FASTEST, Odometry, is_jump
 
 STALE_AFTER = 500_000_000
@@ -38,42 +39,31 @@ where samples are late it goes on for as long as they are, at the speed of a ten
 samples stamped in a bunch do not spoil it."""
 
 
-class OdometryBuffer:
+class OdometryBuffer(RecentRows):
     """Samples in the order of time. Any number of threads may read, or one may add, but not both at once."""
 
     def __init__(
         self, max_samples: int = 4096, lag: int = 0, extrapolation: Extrapolation = STAND_STILL
     ) -> None:
+        super().__init__(3, max_samples)
         self.lag = lag
         """Nanoseconds by which samples are stamped late."""
         self.extrapolation = extrapolation
         """Past the last sample."""
-        self._max_samples = max_samples
-        self._all_stamps = np.empty(2 * max_samples, dtype=np.int64)
-        self._all_poses = np.empty((2 * max_samples, 3))
-        self._begin = self._end = 0
         self._known_speed: Pose | None = None
-
-    def __len__(self) -> int:
-        return self._end - self._begin
-
-    @property
-    def latest_stamp(self) -> int | None:
-        """Nanoseconds, None while empty."""
-        return int(self._all_stamps[self._end - 1]) if self._end else None
 
     @property
     def latest_pose(self) -> Pose:
         """``odom_from_base`` (3,) at the latest stamp. Raises LookupError while empty."""
         if not self._end:
             raise LookupError("no odometry yet")
-        latest: Pose = self._all_poses[self._end - 1].copy()
+        latest: Pose = self._rows[-1].copy()
         return latest
 
     @property
     def samples(self) -> tuple[NDArray[np.int64], Pose]:
         """Stamps (N,) in nanoseconds and ``odom_from_base`` (N, 3), as far back as they are kept."""
-        return self._stamps.copy(), self._poses.copy()
+        return self._stamps.copy(), self._rows.copy()
 
     def jumps_to(self, odometry: Odometry) -> bool:
         """Whether a sample does not continue the last one: its poses have another origin."""
@@ -81,20 +71,15 @@ class OdometryBuffer:
         if latest is None:
             return False
         seconds = (odometry.stamp - latest) * 1e-9
-        return seconds > 0.0 and is_jump(self._all_poses[self._end - 1], odometry.odom_from_base, seconds)
+        return seconds > 0.0 and is_jump(self._rows[-1], odometry.odom_from_base, seconds)
 
     def add(self, odometry: Odometry) -> None:
         """Take a sample; one that is not newer than the last is left out."""
         latest = self.latest_stamp
         if latest is not None and odometry.stamp <= latest:
             return
-        if self._end == len(self._all_stamps):
-            self._all_stamps[: len(self)], self._all_poses[: len(self)] = self._stamps, self._poses
-            self._begin, self._end = 0, len(self)
-        self._all_stamps[self._end], self._all_poses[self._end] = odometry.stamp, odometry.odom_from_base
-        self._end += 1
+        self._append(odometry.stamp, odometry.odom_from_base)
         self._known_speed = None
-        self._begin = max(self._begin, self._end - self._max_samples)
 
     def repeats_since(self, stamp: int, *, heading_only: bool = False) -> int | None:
         """Nanoseconds of the first of the samples before a stamp that all have the same pose, or heading, to
@@ -102,7 +87,7 @@ class OdometryBuffer:
         tell."""
         if not self.covers(stamp):
             return None
-        poses = self._poses[: int(np.searchsorted(self._stamps, stamp + self.lag, side="right"))]
+        poses = self._rows[: int(np.searchsorted(self._stamps, stamp + self.lag, side="right"))]
         parts = poses[:, 2:] if heading_only else poses
         if len(parts) < _REPEATS or (parts[-_REPEATS:] != parts[-1]).any():
             return None
@@ -135,7 +120,7 @@ class OdometryBuffer:
         wanted = np.asarray(stamps, dtype=np.int64)
         ahead = max(self.lag, 0) + self.extrapolation.longest
         speed = self._last_speed() if ahead > 0 else _STANDING
-        poses = poses_at(self._stamps, self._poses, wanted.ravel(), self.lag, speed, ahead)
+        poses = poses_at(self._stamps, self._rows, wanted.ravel(), self.lag, speed, ahead)
         return poses if wanted.ndim == 1 else poses.reshape(*wanted.shape, 3)
 
     def _last_speed(self) -> Pose:
@@ -143,14 +128,6 @@ class OdometryBuffer:
         if self._known_speed is None:
             policy = self.extrapolation
             self._known_speed = last_speed(
-                self._stamps, self._poses, policy.speed_over, policy.widest_gap, FASTEST
+                self._stamps, self._rows, policy.speed_over, policy.widest_gap, FASTEST
             )
         return self._known_speed
-
-    @property
-    def _stamps(self) -> NDArray[np.int64]:
-        return self._all_stamps[self._begin : self._end]
-
-    @property
-    def _poses(self) -> Pose:
-        return self._all_poses[self._begin : self._end]

@@ -1,6 +1,7 @@
 """What a simulated car publishes: its sensors, its frames, where it truly is, and the time."""
 
 from array import array
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,6 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.live.ros.message_types import transform_message_type
 from racecar.pipelines.live.ros.messages import header, odometry_message, time_message, transform_bytes
 from racecar.pipelines.live.ros.qos import LATCHED
-from racecar.pipelines.live.simulated_car.frame_names import FrameNames
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LaserModel
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
@@ -20,6 +20,22 @@ from racecar.sensors.scan import Scan
 _DEPTH = 100
 """Messages that may wait for a reader, as players of bags have it."""
 _EXACT = np.zeros((3, 3))
+
+
+@dataclass(frozen=True)
+class FrameNames:
+    """All but the map's bear the car's namespace, so that several cars can be shown in one tree."""
+
+    map: str
+    odom: str
+    base: str
+    laser: str
+
+    @classmethod
+    def in_namespace(cls, namespace: str) -> "FrameNames":
+        """Of a node's namespace such as ``/`` or ``/car1``."""
+        prefix = f"{namespace}/".lstrip("/")
+        return cls("map", f"{prefix}odom", f"{prefix}base_link", f"{prefix}laser")
 
 
 class CarTopics:

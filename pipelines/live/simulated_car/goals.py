@@ -14,7 +14,7 @@ from racecar.pipelines.bags.converters.transforms import ends_of, matrix_of, see
 from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, ros2_types
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.pipelines.live.ros.message_types import transform_message_type
-from racecar.pipelines.live.simulated_car.frame_names import FrameNames
+from racecar.pipelines.live.simulated_car.car_topics import FrameNames
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 
 _SHORT = 0.25
