@@ -9,14 +9,14 @@ import pytest
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
+from racecar.mapping.schedule import calibrates_at
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import between, compose, inverse
+from racecar.maps.geometry.se2 import compose, inverse
 from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
-from tests.mapping.mapped import mapped, scans_of
-from tests.mapping.mapping_errors import mean_error
+from tests.mapping.mapped import mapped, mean_error, missed, scans_of
 from tests.sensors.drives import Drive, drive, room
 from tests.sensors.worlds import CORRIDOR, scan_at
 
@@ -115,9 +115,7 @@ def error_when_it_sees(result: MappingResult, begin: float, end: float) -> float
     """Metres on average, of all scans but those between, seen from the first of them."""
     seconds = result.trajectory.stamps * 1e-9
     sees = (seconds < begin) | (seconds >= end)
-    placed, true = result.trajectory.map_from_base[sees], driven().truth[sees]
-    off = between(between(true[0], true), between(placed[0], placed))
-    return float(np.hypot(off[:, 0], off[:, 1]).mean())
+    return float(missed(result.trajectory.map_from_base[sees], driven().truth[sees]).mean())
 
 
 @pytest.mark.parametrize(("begin", "end", "reading"), [(5.0, 7.0, np.nan), (0.0, 6.0, np.inf)])
@@ -187,3 +185,16 @@ def test_a_few_returns_refute_no_wheels() -> None:
     result = mapped(messages)
     assert result.counts["odometry_constraints"] == len(result.keyframe_indices) - 1
     assert "repeated" not in str(result.warnings)
+
+
+@pytest.mark.parametrize("stretch", [0.1, 1.0])
+def test_wheels_are_calibrated_at_an_interval(stretch: float) -> None:
+    assert [k for k in range(160) if calibrates_at(k, stretch)] == [0, 50, 100, 150]
+
+
+def test_they_are_calibrated_as_often_per_metre_where_keyframes_lie_far_apart() -> None:
+    assert [k for k in range(31) if calibrates_at(k, 6.6)] == [0, 8, 16, 24]
+
+
+def test_they_are_calibrated_at_once_after_a_long_gap() -> None:
+    assert all(calibrates_at(k, 100.0) for k in range(5))

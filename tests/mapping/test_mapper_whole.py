@@ -25,6 +25,7 @@ from racecar.maps.geometry.se2 import IDENTITY, between
 from racecar.sensors.motion.dead_reckoning import DeadReckoning
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
+from tests.mapping.mapped import feed, missed
 from tests.sensors.drives import pose_at, room, sweep
 
 EVERY, SPEED, BEAMS = 0.4, 1.5, 60
@@ -88,18 +89,13 @@ def test_three_threads_read_everything_while_it_maps(keyframes: int) -> None:
     with ThreadPoolExecutor(3) as pool, switching_often():
         readers = [pool.submit(read_beside, mapper, is_over) for _ in range(3)]
         try:
-            for message in laps(keyframes):
-                if isinstance(message, Scan):
-                    mapper.add_scan(message)
-                else:
-                    mapper.add_odometry(message)
+            feed(mapper, laps(keyframes))
         finally:
             is_over.set()
         assert all(reader.result() > 10 for reader in readers)
     assert mapper.growth.keyframes == keyframes
     undisturbed = Mapper(MappingConfig())
-    for message in laps(keyframes):
-        undisturbed.add_scan(message) if isinstance(message, Scan) else undisturbed.add_odometry(message)
+    feed(undisturbed, laps(keyframes))
     np.testing.assert_array_equal(mapper.session().map_from_keyframe, undisturbed.session().map_from_keyframe)
 
 
@@ -143,11 +139,8 @@ def test_a_scan_that_fails_anywhere_costs_that_scan(
     with monkeypatch.context() as patch:
         patch.setattr(owner, name, fails_often)
         for message in laps(120):
-            if isinstance(message, Odometry):
-                mapper.add_odometry(message)
-                continue
             try:
-                mapper.add_scan(message)
+                feed(mapper, [message])
             except RuntimeError:
                 failed += 1
                 read_everything(mapper)
@@ -157,5 +150,4 @@ def test_a_scan_that_fails_anywhere_costs_that_scan(
     assert np.isclose(mapper.growth.metres, 120 * EVERY * SPEED, rtol=0.5)
     trajectory = mapper.finish().trajectory
     truth = pose_at(room(), trajectory.stamps * 1e-9, SPEED)
-    errors = between(between(truth[0], truth), between(trajectory.map_from_base[0], trajectory.map_from_base))
-    assert np.hypot(errors[:, 0], errors[:, 1]).max() < 0.2
+    assert missed(trajectory.map_from_base, truth).max() < 0.2

@@ -7,11 +7,11 @@ import pytest
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
-from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from racecar.sensors.motion.mounts import Mounts
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
+from tests.mapping.mapped import errors, missed
 from tests.sensors.worlds import BEARINGS, ROOM, scan_at
 
 FRONT, REAR = np.array([0.3, 0.0, 0.0]), np.array([-0.3, 0.1, np.pi])
@@ -41,13 +41,6 @@ def drive(mapper: Mapper, lasers: list[list[int]], *, has_wheels: bool = True) -
     return np.array(answers)
 
 
-def errors(result: MappingResult, truth: Pose) -> np.ndarray:
-    """(N,) metres."""
-    found = result.trajectory.map_from_base
-    missed = between(between(truth[0], truth), between(found[0], found))
-    return np.hypot(missed[:, 0], missed[:, 1])
-
-
 @pytest.mark.parametrize("lasers", [[[0], [1]], [[0, 1]], [[0], [0], [0], [1], [1]], [[1], [0]]])
 def test_a_map_of_both(lasers: list[list[int]]) -> None:
     mapper = Mapper(MappingConfig())
@@ -55,8 +48,7 @@ def test_a_map_of_both(lasers: list[list[int]]) -> None:
     result = mapper.finish()
     truth = np.repeat(CIRCLE, [len(lasers[number % len(lasers)]) for number in range(len(CIRCLE))], axis=0)
     assert errors(result, truth).max() < 0.01
-    live = between(between(truth[0], truth), between(answers[0], answers))
-    assert np.hypot(live[:, 0], live[:, 1]).max() < 0.03
+    assert missed(answers, truth).max() < 0.03
     places = inverse(result.session.keyframe_from_base)
     assert {tuple(np.round(place, 3)) for place in places} == {
         tuple(np.round(place, 3)) for place in (FRONT, REAR)

@@ -18,6 +18,7 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
+from tests.mapping.mapped import feed
 from tests.sensors.drives import drive, room
 
 KEYFRAMES, DELAY, EVERY, SCANS = 60, 50, 25, 60
@@ -70,11 +71,6 @@ def laps(_trimmed_early: None) -> Laps:
         laps.sizes.append((len(arrays["scans.points"]), len(arrays["rays.ends"]), sum(map(len, clouds))))
     laps.result = mapper.finish()
     return laps
-
-
-def feed(mapper: Mapper, messages: list[Scan | Odometry]) -> None:
-    for message in messages:
-        mapper.add_scan(message) if isinstance(message, Scan) else mapper.add_odometry(message)
 
 
 def packings(mapper: Mapper, messages: list[Scan | Odometry]) -> Iterator[int]:

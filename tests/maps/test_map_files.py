@@ -2,7 +2,9 @@
 
 import os
 import warnings
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -42,55 +44,37 @@ def write_map(
     return folder / "map.yaml"
 
 
-def test_trinary_follows_the_thresholds_and_turns_rows_upside_down(tmp_path: Path) -> None:
-    grid = load_map(write_map(tmp_path, [[0, 88, 89], [90, 205, 254]]))
-    # (255 - 89) / 255 = 0.651 is above, (255 - 90) / 255 = 0.647 below the threshold of 0.65.
-    np.testing.assert_array_equal(grid.cells, [[-1, -1, 0], [100, 100, 100]])
+def coloured(*pixels: tuple[int, ...]) -> NDArray[np.uint8]:
+    return np.array([pixels], dtype=np.uint8)
+
+
+BETWEEN = {"free_thresh": 0.1, "occupied_thresh": 0.9}
+
+
+@pytest.mark.parametrize(
+    ("pixels", "changes", "cells"),
+    [
+        # (255 - 89) / 255 = 0.651 is above, (255 - 90) / 255 = 0.647 below the threshold; rows turn round
+        ([[0, 88, 89], [90, 205, 254]], {}, [[-1, -1, 0], [100, 100, 100]]),
+        ([[0, 128, 255]], {"negate": 1}, [[0, -1, 100]]),
+        ([[204, 51]], {"free_thresh": 0.2, "occupied_thresh": 0.8}, [[-1, -1]]),  # on the thresholds
+        ([[255, 204, 153, 51, 0]], {"mode": "scale", **BETWEEN}, [[0, 12, 38, 88, 100]]),
+        ([[0, 37, 100, 101, 255]], {"mode": "raw"}, [[0, 37, 100, -1, -1]]),
+        # transparent pixels are unknown
+        (coloured((0, 0, 0, 255), (0, 0, 0, 254), (255, 255, 255, 0)), {"mode": "scale"}, [[100, -1, -1]]),
+        # alpha is averaged with the colours: occupancies of 0.75, 0.162 and 0.412
+        (coloured((0, 0, 0, 255), (200, 200, 200, 255), (200, 200, 200, 0)), {}, [[100, 0, -1]]),
+        (coloured((255, 0, 0), (255, 255, 100), (255, 200, 200)), {}, [[100, -1, 0]]),
+        (np.array([[0, 65535, 52428]], dtype=np.uint16), {}, [[100, 0, -1]]),
+    ],
+)
+def test_pixels_are_cells(
+    tmp_path: Path, pixels: NDArray[np.generic], changes: dict[str, object], cells: list[list[int]]
+) -> None:
+    grid = load_map(write_map(tmp_path, pixels, **changes))
+    np.testing.assert_array_equal(grid.cells, cells)
     assert grid.resolution == 0.05
     np.testing.assert_array_equal(grid.map_from_grid, [1.0, -2.0, 0.5])
-
-
-def test_negate_makes_white_occupied(tmp_path: Path) -> None:
-    grid = load_map(write_map(tmp_path, [[0, 128, 255]], negate=1))
-    np.testing.assert_array_equal(grid.cells, [[0, -1, 100]])
-
-
-def test_a_pixel_on_the_threshold_is_unknown(tmp_path: Path) -> None:
-    grid = load_map(write_map(tmp_path, [[204, 51]], free_thresh=0.2, occupied_thresh=0.8))
-    np.testing.assert_array_equal(grid.cells, [[-1, -1]])
-
-
-def test_scale_grades_between_the_thresholds(tmp_path: Path) -> None:
-    grid = load_map(
-        write_map(tmp_path, [[255, 204, 153, 51, 0]], mode="scale", free_thresh=0.1, occupied_thresh=0.9)
-    )
-    np.testing.assert_array_equal(grid.cells, [[0, 12, 38, 88, 100]])
-
-
-def test_scale_takes_transparent_pixels_for_unknown(tmp_path: Path) -> None:
-    pixels = np.array([[[0, 0, 0, 255], [0, 0, 0, 254], [255, 255, 255, 0]]], dtype=np.uint8)
-    np.testing.assert_array_equal(load_map(write_map(tmp_path, pixels, mode="scale")).cells, [[100, -1, -1]])
-
-
-def test_trinary_averages_alpha_with_the_colours(tmp_path: Path) -> None:
-    pixels = np.array([[[0, 0, 0, 255], [200, 200, 200, 255], [200, 200, 200, 0]]], dtype=np.uint8)
-    # Occupancies 0.75, 0.162 and 0.412.
-    np.testing.assert_array_equal(load_map(write_map(tmp_path, pixels)).cells, [[100, 0, -1]])
-
-
-def test_raw_reads_percentages(tmp_path: Path) -> None:
-    grid = load_map(write_map(tmp_path, [[0, 37, 100, 101, 255]], mode="raw"))
-    np.testing.assert_array_equal(grid.cells, [[0, 37, 100, -1, -1]])
-
-
-def test_colours_are_averaged(tmp_path: Path) -> None:
-    pixels = np.array([[[255, 0, 0], [255, 255, 100], [255, 200, 200]]], dtype=np.uint8)
-    np.testing.assert_array_equal(load_map(write_map(tmp_path, pixels)).cells, [[100, -1, 0]])
-
-
-def test_sixteen_bit_images_are_read_at_their_depth(tmp_path: Path) -> None:
-    pixels = np.array([[0, 65535, 52428]], dtype=np.uint16)
-    np.testing.assert_array_equal(load_map(write_map(tmp_path, pixels)).cells, [[100, 0, -1]])
 
 
 @pytest.mark.parametrize(
@@ -220,21 +204,19 @@ def test_a_file_that_is_no_map_yaml_is_told(tmp_path: Path, content: bytes) -> N
         load_map(tmp_path / "map.yaml")
 
 
-def test_a_large_file_is_no_map_yaml(tmp_path: Path) -> None:
-    (tmp_path / "map.yaml").write_bytes(b"#" * 200_001)
-    with pytest.raises(UserError, match=r"is longer than the 0\.2 MB"):
+@pytest.mark.parametrize(
+    ("make", "complaint"),
+    [
+        (lambda path: path.write_bytes(b"#" * 200_001), r"is longer than the 0\.2 MB"),
+        (lambda path: path.symlink_to("/dev/zero"), "There is no map at"),
+        (lambda path: None, "There is no map at"),
+    ],
+    ids=["too long", "a device", "missing"],
+)
+def test_what_cannot_be_a_map_is_told(tmp_path: Path, make: Callable[[Path], object], complaint: str) -> None:
+    make(tmp_path / "map.yaml")
+    with pytest.raises(UserError, match=complaint):
         load_map(tmp_path / "map.yaml")
-
-
-def test_a_device_is_no_map(tmp_path: Path) -> None:
-    (tmp_path / "map.yaml").symlink_to("/dev/zero")
-    with pytest.raises(UserError, match="There is no map at"):
-        load_map(tmp_path / "map.yaml")
-
-
-def test_a_missing_map_is_told_with_what_can_be_given(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="There is no map at"):
-        load_map(tmp_path / "nowhere.yaml")
 
 
 def test_a_cut_image_is_told(tmp_path: Path) -> None:
@@ -274,27 +256,36 @@ def test_trinary_grids_come_back_exactly(
     assert sorted(path.name for path in folder.iterdir()) == ["map.pgm", "map.yaml"]
 
 
-def test_graded_cells_are_saved_as_map_saver_does(tmp_path: Path) -> None:
-    cells = np.array([[19, 20, 64, 65]], dtype=np.int8)
-    save_map(OccupancyGrid(cells, 0.05, np.zeros(3)), tmp_path / "map.yaml")
-    np.testing.assert_array_equal(load_map(tmp_path).cells, [[0, -1, -1, 100]])
-
-
 GRADED = np.array([[-1, *range(50)], [-1, *range(51, 101)]], dtype=np.int8)
 
 
-def test_scale_keeps_every_percent_between_the_thresholds_and_what_is_unknown(tmp_path: Path) -> None:
-    grid = OccupancyGrid(GRADED, 0.05, np.array([1.0, 2.0, 0.0]))
-    save_map(grid, tmp_path / "map.yaml", mode="scale", occupied_threshold=0.9, free_threshold=0.1)
-    expected = np.where(GRADED >= 90, 100, np.where((GRADED >= 0) & (GRADED <= 10), 0, GRADED))
+def trinary(occupied: int, free: int) -> NDArray[np.int8]:
+    """As map_saver writes."""
+    cells = np.where(occupied <= GRADED, 100, np.where(free >= GRADED, 0, -1))
+    return np.where(GRADED < 0, -1, cells).astype(np.int8)
+
+
+@pytest.mark.parametrize(
+    ("options", "expected", "files"),
+    [
+        ({}, trinary(65, 19), {"map.pgm", "map.yaml"}),
+        ({"occupied_threshold": 0.4, "free_threshold": 0.3}, trinary(40, 30), {"map.pgm", "map.yaml"}),
+        (
+            {"mode": "scale", "occupied_threshold": 0.9, "free_threshold": 0.1},
+            np.where(GRADED >= 90, 100, np.where((GRADED >= 0) & (GRADED <= 10), 0, GRADED)),
+            {"map_image.png", "map.yaml"},
+        ),
+        ({"mode": "raw"}, GRADED, {"map.pgm", "map.yaml"}),
+    ],
+    ids=["usual", "other thresholds", "scale", "raw"],
+)
+def test_cells_are_saved_as_the_mode_and_the_thresholds_say(
+    tmp_path: Path, options: dict[str, Any], expected: NDArray[np.int8], files: set[str]
+) -> None:
+    save_map(OccupancyGrid(GRADED, 0.05, np.array([1.0, 2.0, 0.0])), tmp_path / "map.yaml", **options)
     np.testing.assert_array_equal(load_map(tmp_path).cells, expected)
-    assert (tmp_path / "map_image.png").exists()
-
-
-def test_raw_keeps_every_cell(tmp_path: Path) -> None:
-    save_map(OccupancyGrid(GRADED, 0.05, np.zeros(3)), tmp_path / "map.yaml", mode="raw")
-    np.testing.assert_array_equal(load_map(tmp_path).cells, GRADED)
-    assert "mode: raw" in (tmp_path / "map.yaml").read_text()
+    assert f"mode: {options.get('mode', 'trinary')}" in (tmp_path / "map.yaml").read_text()
+    assert {path.name for path in tmp_path.iterdir()} == files
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -311,13 +302,6 @@ def test_a_grid_as_it_is_written_is_the_one_that_is_read(
 def test_all_that_may_be_read_is_read_by_pillow_too() -> None:
     assert Image.MAX_IMAGE_PIXELS is not None
     assert MOST_PIXELS <= Image.MAX_IMAGE_PIXELS
-
-
-def test_chosen_thresholds_hold_and_unknown_cells_stay_unknown(tmp_path: Path) -> None:
-    cells = np.array([[-1, 5, 30, 31, 39, 40, 90]], dtype=np.int8)
-    grid = OccupancyGrid(cells, 0.05, np.zeros(3))
-    save_map(grid, tmp_path / "map.yaml", occupied_threshold=0.4, free_threshold=0.3)
-    np.testing.assert_array_equal(load_map(tmp_path).cells, [[-1, 0, 0, -1, -1, 100, 100]])
 
 
 def test_saving_where_nothing_can_be_written_is_told(tmp_path: Path) -> None:

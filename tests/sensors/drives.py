@@ -1,16 +1,19 @@
-"""A small room, and a car that drives an oval in it: odometry and scans with the truth."""
+"""Drives with odometry and scans: a car round an oval in a small room, whose truth is known, and a robot that
+winds through a furnished one, whose sweeps are taken beam after beam."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, interpolate
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_rays
 from racecar.sensors.motion.odometry_buffer import Extrapolation
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
+from tests.sensors.worlds import MAX_RANGE, ROOM
+from tests.sensors.worlds import ranges as ranges_to
 
 SCAN_PERIOD, ODOMETRY_PERIOD, SWEEP = 50_000_000, 20_000_000, 18_000_000
 BASE_FROM_LASER = np.array([0.25, 0.0, 0.0])
@@ -89,3 +92,61 @@ def sweep(
         len(bearings)
     )
     return Scan(stamp, bearings, ranges, offsets, BASE_FROM_LASER, 30.0)
+
+
+STEP = 0.01
+"""Seconds between the poses of a drive."""
+
+
+@dataclass(frozen=True, eq=False)
+class Laser:
+    beams: int = 240
+    rate: float = 8.0
+    sweep: float = 0.12
+    """Seconds; in the order of the bearings."""
+    noise: float = 0.005
+
+
+def winding_drive(seconds: float, turn_rate: float = 1.2, speed: float = 0.5) -> Pose:
+    """(N, 3) poses every `STEP`, forwards and backwards, turning left and right."""
+    times = np.arange(0.0, seconds + 2.0, STEP)
+    rate = 0.7 * np.sin(0.9 * times) + 0.5 * np.sin(2.3 * times + 1.0) + 0.3  # which never repeats
+    yaw = np.cumsum(turn_rate * rate) * STEP
+    forward = speed * np.sign(np.sin(0.35 * times)) * STEP
+    return np.column_stack([np.cumsum(forward * np.cos(yaw)), np.cumsum(forward * np.sin(yaw)), yaw])
+
+
+def straight_drive(seconds: float) -> Pose:
+    """(N, 3) to and fro along a line."""
+    times = np.arange(0.0, seconds + 2.0, STEP)
+    return np.column_stack([2.0 * np.sin(0.3 * times), 0.0 * times, 0.0 * times])
+
+
+USUAL = Laser()
+
+
+def scans_of(drive: Pose, seconds: float, laser: Laser = USUAL, walls: np.ndarray = ROOM) -> list[Scan]:
+    """Sweeps with the beams' times as they are; stamps begin at 0."""
+    rng = np.random.default_rng(1)
+    bearings = np.linspace(-np.pi, np.pi, laser.beams, endpoint=False)
+    offsets = np.linspace(0.0, laser.sweep, laser.beams)
+    scans = []
+    for begin in np.arange(0.0, seconds, 1.0 / laser.rate):
+        poses = poses_at(drive, begin + offsets)
+        seen = ranges_to(walls, poses, bearings) + laser.noise * rng.standard_normal(laser.beams)
+        scans.append(Scan(round(begin * 1e9), bearings, seen, offsets, IDENTITY, MAX_RANGE))
+    return scans
+
+
+def odometry_of(drive: Pose, seconds: float, lag: float = 0.0) -> list[Odometry]:
+    """50 samples a second, stamped ``lag`` seconds late."""
+    times = np.arange(0.0, seconds, 0.02)
+    return [
+        Odometry(round((time + lag) * 1e9), pose, IDENTITY)
+        for time, pose in zip(times, poses_at(drive, times), strict=True)
+    ]
+
+
+def poses_at(drive: Pose, times: np.ndarray) -> Pose:
+    index = np.minimum((times / STEP).astype(int), len(drive) - 2)
+    return interpolate(drive[index], drive[index + 1], times / STEP - index)

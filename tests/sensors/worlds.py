@@ -31,9 +31,11 @@ CORRIDOR = np.array([[[-200.0, -1.0], [200.0, -1.0]], [[-200.0, 1.0], [200.0, 1.
 
 
 def ranges(walls: np.ndarray, pose: Pose, bearings: np.ndarray = BEARINGS) -> np.ndarray:
-    """(N,) metres from a laser at ``pose`` (3,) to walls (S, 2, 2) along bearings (N,); inf for a miss."""
-    direction = np.stack([np.cos(pose[2] + bearings), np.sin(pose[2] + bearings)], axis=1)[:, None]
-    start, along = walls[:, 0] - pose[:2], walls[:, 1] - walls[:, 0]
+    """(N,) metres to walls (S, 2, 2) along bearings (N,), inf for a miss, from a laser at ``pose``: (3,), or
+    (N, 3) where it moves."""
+    at = np.broadcast_to(pose, (len(bearings), 3))
+    direction = np.stack([np.cos(at[:, 2] + bearings), np.sin(at[:, 2] + bearings)], axis=1)[:, None]
+    start, along = walls[:, 0] - at[:, None, :2], walls[:, 1] - walls[:, 0]
 
     def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

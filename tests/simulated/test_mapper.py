@@ -13,7 +13,7 @@ from racecar.maps.map_files import load_map
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER
 from racecar.pipelines.simulation.simulator import Simulation, SimulationConfig
 from racecar.sensors.scan import Scan
-from tests.mapping.mapping_errors import errors, mean_error
+from tests.mapping.mapped import errors, mean_error
 from tests.maps.shipped_plans import shipped_plan
 
 

@@ -14,8 +14,7 @@ from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
-from tests.mapping.mapped import mapped
-from tests.mapping.mapping_errors import mean_error
+from tests.mapping.mapped import mapped, mean_error
 from tests.maps.shipped_plans import shipped_plan
 
 

@@ -5,11 +5,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from racecar.localization.config import LocalizationConfig
-from racecar.localization.filter.particle_filter import ParticleFilter
+from racecar.localization.filter.particle_filter import ParticleFilter, cluster_moments, systematic_resample
+from racecar.localization.filter.particle_kernels import move_particles
 from racecar.localization.odometry.motion_model import MotionStep, odometry_deviations
 from racecar.localization.recovery.perception import Perception
-from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
-from tests.localization.scans import points_at, ranges_from
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, wrap_angle
+from tests.localization.scenes import points_at, ranges_from
 from tests.sensors.drives import room
 
 SLIP = 0.3
@@ -89,57 +90,31 @@ def errors_driving_backward(seed: int) -> list[float]:
     return off
 
 
-log_likelihoods = st.lists(st.floats(-1e4, 1e4), min_size=8, max_size=8)
-
-
-@given(st.lists(log_likelihoods, min_size=1, max_size=20))
-@example([[0.0] * 7 + [6.0]] * 7)
-def test_weights_sum_to_one_and_none_vanishes_at_once(scans: list[list[float]]) -> None:
-    filter = ParticleFilter(np.zeros((8, 3)), np.random.default_rng(0))
-    for scan in scans:
-        before = filter.weights
-        filter.weigh(np.array(scan), 1.0)
-        assert filter.weights.sum() == pytest.approx(1.0)
-        assert 1.0 - 1e-9 <= filter.effective_size <= 8.0 + 1e-9
-        assert np.all(filter.weights >= before * np.exp(-6.0) * (1 - 1e-7))
-
-
-def test_weights_multiply_up() -> None:
-    filter = ParticleFilter(np.zeros((3, 3)), np.random.default_rng(0))
-    first, second = np.array([-1.0, -2.0, -3.0]), np.array([-500.0, -500.5, -498.0])
-    filter.weigh(first, 1.0)
-    filter.weigh(second, 1.0)
-    expected = np.exp(first + second - (first + second).max())
-    np.testing.assert_allclose(filter.weights, expected / expected.sum())
-
-
+@settings(max_examples=50)
 @given(
-    arrays(np.float64, 12, elements=st.floats(-30.0, 0.0)),
-    arrays(np.float64, 12, elements=st.floats(-1e6, 0.0)),
-    st.floats(0.0, 0.2),
+    st.lists(
+        st.tuples(arrays(np.float64, 8, elements=st.floats(-1e6, 1e4)), st.floats(0.0, 1.0)),
+        min_size=1,
+        max_size=20,
+    )
 )
-def test_weights_are_those_of_bayes_rule(first: np.ndarray, second: np.ndarray, travel: float) -> None:
-    filter = ParticleFilter(np.zeros((12, 3)), np.random.default_rng(0))
-    filter.weigh(first)
-    filter.weigh(second, travel)
-    share = min(travel / 0.1, 1.0)
-    expected = np.exp(first - first.max() + np.maximum(share * (second - second.max()), -6.0))
-    expected /= expected.sum()
-    np.testing.assert_allclose(filter.weights, expected, rtol=1e-7)
-    np.testing.assert_allclose(filter.effective_size, 1.0 / (expected @ expected), rtol=1e-7)
-
-
-def test_a_first_scan_may_rule_particles_out() -> None:
-    filter = ParticleFilter(np.zeros((3, 3)), np.random.default_rng(0))
-    filter.weigh(np.array([-5000.0, 0.0, 0.0]))
-    np.testing.assert_array_equal(filter.weights, [0.0, 0.5, 0.5])
-
-
-def test_the_most_unlikely_scans_do_not_make_weights_vanish() -> None:
-    filter = ParticleFilter(np.zeros((4, 3)), np.random.default_rng(0))
-    for _ in range(100):
-        filter.weigh(np.array([-1e5, -1e5, -1e5 - 1.0, -2e5]), 1.0)
-    np.testing.assert_allclose(filter.weights, [0.5, 0.5, 0.0, 0.0], atol=1e-9)
+@example([(np.array([0.0] * 7 + [6.0]), 1.0)] * 7)
+@example([(np.array([-1e5, -1e5, -1e5 - 1.0, -2e5] * 2), 1.0)] * 100)
+@example(
+    [(np.array([-1.0, -2.0, -3.0, -1.0] * 2), 1.0), (np.array([-500.0, -500.5, -498.0, -500.0] * 2), 1.0)]
+)
+def test_weights_are_those_of_bayes_rule(scans: list[tuple[np.ndarray, float]]) -> None:
+    """A first scan may rule particles out; later ones count by how far they are, and none at once for all."""
+    filter = ParticleFilter(np.zeros((8, 3)), np.random.default_rng(0))
+    log_weights = np.zeros(8)
+    for number, (seen, travel) in enumerate(scans):
+        filter.weigh(seen, travel if number else None)
+        gain = seen - seen.max()
+        log_weights += np.maximum(min(travel / 0.1, 1.0) * gain, -6.0) if number else gain
+        expected = np.exp(log_weights - log_weights.max())
+        expected /= expected.sum()
+        np.testing.assert_allclose(filter.weights, expected, rtol=1e-7, atol=1e-300)
+        np.testing.assert_allclose(filter.effective_size, 1.0 / (expected @ expected), rtol=1e-7)
 
 
 def test_it_is_resampled_only_when_few_are_effective_or_there_are_too_many() -> None:
@@ -191,13 +166,138 @@ def test_the_cloud_learns_how_far_a_car_is_behind_its_odometry() -> None:
     assert moved[2] == pytest.approx(0.05 - 1.2 * 0.05, abs=0.015)
 
 
-def test_resampling_only_when_under_half_are_effective() -> None:
-    filter = ParticleFilter(np.arange(12.0).reshape(4, 3), np.random.default_rng(0))
-    before = filter.map_from_base
-    filter.weigh(np.log([0.4, 0.3, 0.2, 0.1]), 1.0)
-    filter.resample(4)
-    assert filter.map_from_base is before
-    filter.weigh(np.array([0.0, -9.0, -9.0, -9.0]), 1.0)
-    filter.resample(4)
-    np.testing.assert_array_equal(filter.map_from_base, np.tile(before[0], (4, 1)))
-    np.testing.assert_allclose(filter.weights, 0.25)
+unnormalized = arrays(np.float64, st.integers(1, 60), elements=st.floats(0.0, 1.0)).filter(
+    lambda weights: weights.sum() > 1e-6
+)
+
+
+@given(unnormalized, st.integers(1, 200), st.integers(0, 2**32))
+def test_each_particle_is_taken_as_often_as_its_weight_says(
+    weights: np.ndarray, count: int, seed: int
+) -> None:
+    weights = weights / weights.sum()
+    indices = systematic_resample(weights, count, np.random.default_rng(seed))
+    taken = np.bincount(indices, minlength=len(weights))
+    assert len(indices) == count
+    assert np.all(np.abs(taken - weights * count) < 1.0 + 1e-6)
+
+
+def test_the_expected_number_of_copies_is_exact() -> None:
+    weights, rng = np.array([0.15, 0.85]), np.random.default_rng(0)
+    taken = [np.bincount(systematic_resample(weights, 3, rng), minlength=2) for _ in range(4000)]
+    np.testing.assert_allclose(np.mean(taken, axis=0), weights * 3, atol=0.03)
+
+
+coordinate = st.floats(-5.0, 5.0)
+poses = st.tuples(coordinate, coordinate, st.floats(-3.1, 3.1)).map(np.array)
+
+
+def move(
+    map_from_base: Pose,
+    slips: np.ndarray,
+    increment: Pose,
+    deviations: Pose = IDENTITY,
+    behind: Pose = IDENTITY,
+) -> Pose:
+    noise = np.random.default_rng(0).standard_normal(map_from_base.shape)
+    moved: Pose = move_particles(map_from_base, slips, increment, behind, deviations, noise)
+    return moved
+
+
+@given(poses, poses)
+def test_without_noise_every_particle_moves_by_the_increment(start: np.ndarray, step: np.ndarray) -> None:
+    cloud = np.tile(start, (3, 1))
+    moved = move(cloud, np.zeros((3, 3)), step)
+    expected = compose(start, step)
+    np.testing.assert_allclose(moved[:, :2], np.tile(expected[:2], (3, 1)), atol=1e-9)
+    np.testing.assert_allclose(wrap_angle(moved[:, 2] - expected[2]), 0.0, atol=1e-9)
+    assert np.all((-np.pi < moved[:, 2]) & (moved[:, 2] <= np.pi))
+
+
+def test_noise_lies_in_the_base_frame() -> None:
+    start = np.tile([1.0, 2.0, np.pi / 2], (20_000, 1))
+    step, deviations = np.array([1.0, 0.0, 0.0]), np.array([0.2, 0.01, 0.03])
+    moved = move(start, np.zeros((20_000, 3)), step, deviations)
+    np.testing.assert_allclose(moved.mean(axis=0), [1.0, 3.0, np.pi / 2], atol=0.01)
+    np.testing.assert_allclose(moved.std(axis=0), [0.01, 0.2, 0.03], rtol=0.03)
+
+
+def test_slip_stretches_the_way_and_the_turn() -> None:
+    straight, bend = np.array([1.0, 0.0, 0.0]), np.array([0.1, 0.0, 0.1])
+    moved = move(np.zeros((1, 3)), np.array([[-0.2, 0.5, 9.0]]), straight)
+    np.testing.assert_allclose(moved[0], [0.8, 0.0, 0.0], atol=1e-9)
+    moved = move(np.zeros((1, 3)), np.array([[0.0, 0.5, 9.0]]), bend)
+    np.testing.assert_allclose(moved[0, 2], 0.15, atol=1e-9)
+
+
+def test_each_particle_is_behind_by_its_own_share() -> None:
+    step, behind = np.array([0.1, 0.0, 0.06]), np.array([-0.04, 0.0, -0.06])
+    lags = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.5], [0.0, 0.0, 1.0]])
+    moved = move(np.zeros((3, 3)), lags, step, behind=behind)
+    np.testing.assert_allclose(np.hypot(moved[:, 0], moved[:, 1]), [0.1, 0.08, 0.06], atol=1e-4)
+    np.testing.assert_allclose(moved[:, 2], [0.06, 0.03, 0.0], atol=1e-9)
+
+
+def test_a_car_that_stands_still_leaves_them_where_they_are() -> None:
+    cloud = np.random.default_rng(0).uniform(-1.0, 1.0, size=(50, 3))
+    np.testing.assert_allclose(move(cloud, np.ones((50, 3)), IDENTITY), cloud, atol=1e-12)
+
+
+def test_mean_heading_across_the_seam() -> None:
+    poses = np.array([[0.0, 0.0, np.pi - 0.1], [0.9, 0.0, -np.pi + 0.1]])
+    mean, covariance, weight = cluster_moments(poses, np.array([0.5, 0.5]))
+    assert np.isclose(abs(mean[2]), np.pi)
+    np.testing.assert_allclose(np.diag(covariance), [0.2025, 0.0, 0.01], atol=1e-9)
+    assert weight == 1.0
+
+
+def test_the_covariance_is_that_of_the_weighted_cloud() -> None:
+    rng = np.random.default_rng(0)
+    poses, weights = (
+        rng.multivariate_normal(np.ones(3), np.diag([0.01, 0.02, 0.005]) + 0.004, 500),
+        rng.random(500),
+    )
+    mean, covariance, _ = cluster_moments(poses, weights / weights.sum())
+    np.testing.assert_allclose(mean, np.average(poses, axis=0, weights=weights), atol=1e-3)
+    np.testing.assert_allclose(covariance, np.cov(poses.T, aweights=weights, ddof=0), atol=1e-5)
+
+
+def test_the_heavier_of_two_clusters_is_the_estimate() -> None:
+    rng = np.random.default_rng(0)
+    here, there = rng.normal([0, 0, 0], 0.1, (600, 3)), rng.normal([5, 0, 1], 0.1, (400, 3))
+    filter = ParticleFilter(np.concatenate([here, there]), rng)
+    mean, _, weight = filter.moments()
+    np.testing.assert_allclose(mean, 0.0, atol=0.05)
+    assert np.isclose(weight, 0.6, atol=0.01)
+    filter.weigh(np.where(np.arange(1000) < 600, 0.0, 2.0), 1.0)
+    mean, _, _ = filter.moments()
+    np.testing.assert_allclose(mean, [5.0, 0.0, 1.0], atol=0.05)
+
+
+def test_those_who_face_the_other_way_at_the_same_place_are_another_cluster() -> None:
+    rng = np.random.default_rng(0)
+    ahead, back = rng.normal([2, 1, 0.3], 0.05, (700, 3)), rng.normal([2, 1, 0.3 - np.pi], 0.05, (300, 3))
+    mean, covariance, weight = ParticleFilter(np.concatenate([ahead, back]), rng).moments()
+    np.testing.assert_allclose(mean, [2.0, 1.0, 0.3], atol=0.02)
+    assert covariance[2, 2] < 0.01
+    assert np.isclose(weight, 0.7, atol=0.01)
+
+
+def test_where_squares_and_sectors_end_does_not_matter() -> None:
+    """To a cloud that may lie on such an edge, beside three lighter ones that do not."""
+    rng, places = np.random.default_rng(0), np.array([[0.0, 0.0, 0.1], [9.1, 0.1, 0.1], [0.1, 9.1, 0.1]])
+    others = places.repeat(100, axis=0)
+    for center in rng.uniform([4.0, 4.0, -np.pi], [6.0, 6.0, np.pi], (40, 3)):
+        cloud = rng.normal(center, [0.05, 0.05, 0.02], (200, 3))
+        poses = np.concatenate([others, cloud])
+        poses[:, 2] = wrap_angle(poses[:, 2])
+        mean, _, weight = cluster_moments(poses, np.full(500, 1 / 500))
+        np.testing.assert_allclose(between(center, mean), 0.0, atol=0.05)
+        assert np.isclose(weight, 0.4)
+
+
+def test_a_first_particle_that_weighs_nothing_has_no_say() -> None:
+    poses = np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 1.0], [9.2, 0.0, 1.0]])
+    mean, _, weight = cluster_moments(poses, np.array([0.0, 0.5, 0.5]))
+    np.testing.assert_allclose(mean, [9.1, 0.0, 1.0])
+    assert weight == 1.0

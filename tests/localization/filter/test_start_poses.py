@@ -8,7 +8,7 @@ from racecar.localization.filter.start_poses import draw_about, draw_start, regi
 from racecar.localization.floor.free_space import ANYWHERE, FreeSpace, find_free_space
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose
-from tests.localization.furniture import MIDDLE, furnished, hall, rectangle
+from tests.localization.scenes import MIDDLE, furnished, hall, rectangle
 
 CONFIG = LocalizationConfig(particles=2000, scattered_particles=3000)
 

@@ -64,9 +64,6 @@ class Car:
         if segment is not None:
             self.trust.learn(segment, SLIP)
 
-    def start_anew(self) -> None:
-        self._segments.start_anew()
-
     def put_elsewhere(self) -> "Car":
         self.map_from_base = np.array([20.0, 20.0, 1.0])
         return self
@@ -111,21 +108,6 @@ def test_where_the_place_is_not_known_nothing_is_learned() -> None:
     car = Car().drive(40.0)
     trusted = car.slip_scale
     assert car.drive(40.0, 0.4, is_known=False).slip_scale == trusted
-
-
-def test_a_car_found_elsewhere_was_not_carried_there_by_its_wheels() -> None:
-    car = Car().drive(40.0)
-    trusted = car.slip_scale
-    car.start_anew()
-    assert car.put_elsewhere().drive(3.0).slip_scale < trusted
-
-
-def test_a_segment_ends_where_nothing_measures_the_motion() -> None:
-    car = Car().drive(40.0)
-    trusted = car.slip_scale
-    unmeasured = MotionStep(STEP, np.zeros(3), np.inf, 0.05)
-    car.follow(unmeasured, 0.0, estimate_at(car.map_from_base))
-    assert car.put_elsewhere().drive(3.0).slip_scale < trusted
 
 
 def test_odometry_that_comes_early_is_trusted_all_the_same() -> None:

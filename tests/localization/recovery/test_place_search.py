@@ -11,7 +11,7 @@ from racecar.localization.recovery.perception import Perception
 from racecar.localization.recovery.place_search import best_places, score_places, turned_points
 from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
-from tests.localization.scans import points_at, ranges_from
+from tests.localization.scenes import points_at, ranges_from
 from tests.sensors.drives import BASE_FROM_LASER, room
 
 PLACES = [(9.0, 2.0, 0.0), (3.0, 3.0, 1.0), (7.5, 6.0, -2.0), (1.5, 6.5, 3.0)]

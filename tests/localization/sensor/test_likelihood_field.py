@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from racecar.localization.floor.free_space import find_free_space
@@ -18,13 +19,13 @@ from racecar.localization.sensor.likelihood_field import (
     STEP,
     UNMAPPED,
     LikelihoodField,
+    distance_codes,
     log_table,
 )
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from tests.localization.furniture import MIDDLE, furnished, hall, rectangle
-from tests.localization.scans import points_at, points_from, ranges_from
-from tests.sensors.drives import BASE_FROM_LASER, BEARINGS, room
+from tests.localization.scenes import MIDDLE, furnished, hall, points_at, points_from, ranges_from, rectangle
+from tests.sensors.drives import BEARINGS
 
 QUARTER = 0.0125  # metres: of cells of 5 cm
 RESOLUTIONS = (0.02, 0.05, 0.1)
@@ -104,39 +105,6 @@ def test_it_is_what_a_plain_computation_gives_anywhere_on_any_map(
     assert off.max() < 2.0
 
 
-@pytest.mark.parametrize("resolution", RESOLUTIONS)
-def test_a_scan_fits_best_where_it_was_taken(resolution: float) -> None:
-    grid = floor(resolution)
-    truth = compose(grid.map_from_grid, ON_FLOOR)
-    beside = compose(truth, [[0, 0, 0], [0.3, 0, 0], [-0.3, 0, 0], [0, 0.3, 0], [0, -0.3, 0], [0, 0, 0.1]])
-    assert np.argmax(field(resolution).log_likelihood(beside, points_from(grid, truth), QUARTER)) == 0
-
-
-def test_differences_agree_on_maps_of_all_resolutions() -> None:
-    """To a tenth of their spread about the true pose."""
-    truth = compose(floor(0.05).map_from_grid, ON_FLOOR)
-    poses = truth + [0.25, 0.25, 0.1] * np.random.default_rng(0).standard_normal((300, 3))
-    points = points_from(floor(0.05), truth)
-    fine, usual, coarse = (
-        field(resolution).log_likelihood(poses, points, QUARTER) for resolution in RESOLUTIONS
-    )
-    assert np.std(usual) > 5.0
-    assert np.corrcoef(usual, fine)[0, 1] > 0.99
-    assert np.corrcoef(usual, coarse)[0, 1] > 0.97
-
-
-def test_off_the_map_and_within_walls_no_point_is_on_a_wall() -> None:
-    grid = room()
-    inside = compose(grid.map_from_grid, [9.0, 4.0, 0.7])
-    points = points_from(grid, inside)
-    nowhere = [[1e6, 1e6, 0.0], *compose(grid.map_from_grid, [[-0.5, -0.5, 0.0], [0.1, 4.0, np.pi]])]
-    poses = np.vstack([inside, nowhere])
-    likelihood = LikelihoodField(Walls(grid), find_free_space(grid)).log_likelihood(poses, points, QUARTER)
-    least = len(BEARINGS) * np.log(UNMAPPED) / DEPENDENCE
-    assert likelihood[0] > 0.1 * least
-    np.testing.assert_allclose(likelihood[1:], least, rtol=1e-5)
-
-
 def test_on_a_map_that_ends_before_the_walls_a_scan_fits_best_where_it_was_taken() -> None:
     """Compared with places all over it, facing any way; half of the walls that the scan shows are missing."""
     whole, columns = floor(0.05), 56
@@ -183,17 +151,6 @@ def test_from_inside_an_obstacle_that_was_moved_the_walls_behind_it_explain_the_
     assert moved.fits(truth[None], points, QUARTER).mean() > 0.9
 
 
-def test_where_the_laser_is_on_the_base_does_not_matter_to_the_points() -> None:
-    grid = floor(0.05)
-    laser = compose(grid.map_from_grid, ON_FLOOR)
-    by_mount = []
-    for base_from_laser in (IDENTITY, BASE_FROM_LASER, np.array([-0.4, 0.2, 2.0])):
-        base = compose(laser, inverse(base_from_laser))
-        points = points_from(grid, base, base_from_laser)
-        by_mount.append(field(0.05).log_likelihood(base[None], points, QUARTER)[0])
-    np.testing.assert_allclose(by_mount, by_mount[0], atol=1.0)
-
-
 @given(st.floats(0.02, 0.5))
 def test_the_table_falls_from_a_wall_to_what_the_map_does_not_know(deviation: float) -> None:
     table = log_table(deviation, 0.0)
@@ -204,3 +161,61 @@ def test_the_table_falls_from_a_wall_to_what_the_map_does_not_know(deviation: fl
     assert table[-1] == pytest.approx(np.log(BEYOND) / DEPENDENCE)
     half_way = np.log((1.0 - UNMAPPED) * np.exp(-0.5) + UNMAPPED) / DEPENDENCE
     assert np.interp(deviation, STEP * np.arange(256), table) == pytest.approx(half_way, abs=0.01)
+
+
+CELLS = (0.02, 0.025, 0.05, 0.1)
+PIXELS = (0.01, 0.025, 0.05, 0.1, 0.25)
+
+
+def wall_on_the_left(resolution: float) -> OccupancyGrid:
+    """4 x 3 m, its first half metre occupied; the map frame is turned against the grid."""
+    cells = np.full((round(3.0 / resolution), round(4.0 / resolution)), FREE, dtype=np.int8)
+    cells[:, : round(0.5 / resolution)] = OCCUPIED
+    return OccupancyGrid(cells, resolution, np.array([3.0, -2.0, 2.0]))
+
+
+def codes_of(grid: OccupancyGrid, pixel: float) -> NDArray[np.uint8]:
+    return distance_codes(Walls(grid), find_free_space(grid), pixel)
+
+
+def from_the_wall(columns: int, pixel: float, resolution: float) -> NDArray[np.float64]:
+    """(columns,) metres from the middles of pixels to the surface that the nearest cells of the wall have."""
+    last_wall = 0.5 - resolution / 2.0
+    return np.maximum((np.arange(columns) + 0.5) * pixel - last_wall, 0.0)
+
+
+@pytest.mark.parametrize("resolution", CELLS)
+@pytest.mark.parametrize("pixel", PIXELS)
+def test_before_a_wall_codes_are_distances_whatever_the_cells(pixel: float, resolution: float) -> None:
+    codes = codes_of(wall_on_the_left(resolution), pixel)
+    rows, columns = codes.shape[0] - 2, codes.shape[1] - 2
+    assert (rows, columns) == (round(3.0 / pixel), round(4.0 / pixel))
+    expected = from_the_wall(columns, pixel, resolution)
+    is_coded = (expected > 0.0) & (expected < (CODES - 2) * STEP)
+    is_coded[-round(0.1 / pixel) - 1 :] = False  # beyond the middle of the last cell is nothing to go by
+    coded = STEP * codes[1:-1, 1:-1]
+    assert np.abs(coded[:, is_coded] - expected[is_coded]).max() < 0.51 * STEP + 1e-6
+    assert np.all(coded[:, expected == 0.0] < 0.51 * STEP)
+
+
+def test_beyond_the_map_is_no_wall() -> None:
+    codes = codes_of(wall_on_the_left(0.05), 0.025)
+    for edge in (codes[0], codes[-1], codes[:, 0], codes[:, -1]):
+        assert np.all(edge >= CODES - 2)
+
+
+def test_beyond_the_map_nothing_is_known_where_the_floor_goes_on() -> None:
+    codes = codes_of(wall_on_the_left(0.05), 0.05)
+    assert np.all(codes[1:-1, 0] == CODES - 2)
+    assert np.all(codes[1:-1, -1] == CODES - 1)
+    for edge in (codes[0], codes[-1]):
+        assert np.all(edge[1:11] == CODES - 2)
+        assert np.all(edge[12:-1] == CODES - 1)
+
+
+@pytest.mark.parametrize("resolution", CELLS)
+def test_the_field_is_never_coarser_than_its_finest_pixels_and_they_fill_cells(resolution: float) -> None:
+    grid = wall_on_the_left(resolution)
+    pixel = LikelihoodField(Walls(grid), find_free_space(grid)).pixel
+    assert pixel <= FINEST + 1e-9
+    assert resolution / pixel == pytest.approx(round(resolution / pixel))

@@ -1,11 +1,18 @@
+"""The verdict on a whole drive, and on whether its map is the right one."""
+
 import math
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.verdict import unknown_segments
 from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.verdict.drive_quality import DriveVerdict
+from racecar.localization.verdict.map_fit import MapFit
+from racecar.localization.verdict.pose_steps import PoseSteps
 from tests.localization.verdict.estimates import RIGHT, WRONG, estimate, straight_drive
 
 LOCALIZED, UNCERTAIN, LOST = DriveVerdict
@@ -143,3 +150,68 @@ def test_before_any_scan_and_without_any_return_nothing_is_known() -> None:
     assert judged().quality.verdict == LOST
     blind = [estimate(0.1 * k, 0.1 * k, margin=None) for k in range(100)]
     assert judged(*blind).quality.verdict == UNCERTAIN
+
+
+margins = st.floats(-100.0, 100.0)
+
+
+def fit_of(drive: list[PoseEstimate]) -> MapFit:
+    fit = MapFit()
+    for each in drive:
+        fit.follow(each)
+    return fit
+
+
+def driven(seen: list[float]) -> MapFit:
+    """Two metres for each margin."""
+    return fit_of(
+        [estimate(2.0 * k, 2.0 * k, margin=margin, is_start=k == 0) for k, margin in enumerate(seen)]
+    )
+
+
+@given(st.lists(margins, min_size=1, max_size=50), st.integers(0, 49), st.floats(0.0, 50.0))
+def test_a_larger_margin_never_speaks_against_the_map(seen: list[float], which: int, more: float) -> None:
+    better = list(seen)
+    better[which % len(seen)] += more
+    assert driven(better).log_odds >= driven(seen).log_odds
+
+
+@given(st.lists(margins, max_size=300))
+def test_no_drive_is_more_than_sure(seen: list[float]) -> None:
+    assert abs(driven(seen).log_odds) < 20.0
+
+
+@pytest.mark.parametrize("margin", [RIGHT, WRONG])
+@pytest.mark.parametrize("metres", [0.0, 1.0])
+def test_a_car_that_stands_where_it_was_found_is_not_beyond_doubt(margin: float, metres: float) -> None:
+    """However long; also if it has driven no farther than a metre before."""
+    drive = list(straight_drive(metres, margin=margin))
+    drive += [estimate(metres + k, metres, margin=margin, is_start=metres == k == 0) for k in range(100)]
+    fit = fit_of(drive)
+    assert not fit.is_right
+    assert not fit.is_wrong
+
+
+def metres(places: list[float], starts: frozenset[int] = frozenset()) -> float:
+    steps = PoseSteps(0.1)
+    return sum(steps.follow(estimate(0.1 * k, x, is_start=k in starts))[0] for k, x in enumerate(places))
+
+
+def test_a_path_is_as_long_as_it_is() -> None:
+    assert metres(np.linspace(0.0, 5.0, 701).tolist()) == pytest.approx(5.0, abs=0.1)
+
+
+def test_jitter_of_a_car_that_stands_adds_nothing() -> None:
+    assert metres(np.random.default_rng(0).normal(0.0, 0.02, 500).tolist()) == 0.0
+
+
+def test_jumps_are_no_way() -> None:
+    places = np.concatenate([np.linspace(0.0, 1.0, 21), np.linspace(30.0, 31.0, 21)])
+    assert metres(places.tolist(), frozenset([0, 21])) == pytest.approx(2.0, abs=0.2)
+
+
+def test_turns_on_the_spot_are_steps_where_they_are_wanted() -> None:
+    steps = PoseSteps(0.1, 0.5)
+    assert steps.follow(estimate(0.0, 0.0, yaw=3.0)) == (0.0, 0.0)
+    assert steps.follow(estimate(0.1, 0.0, yaw=-3.1)) == (0.0, 0.0)
+    assert steps.follow(estimate(0.2, 0.0, yaw=-2.7)) == pytest.approx((0.0, 2 * np.pi - 5.7))

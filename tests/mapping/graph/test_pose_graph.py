@@ -23,13 +23,15 @@ def constraint(a: int, b: int, pose: Pose, sigma: float, kind: Kind) -> Constrai
     return Constraint(a, b, pose, np.eye(3) / sigma**2, kind)
 
 
-def drifted(true: Pose) -> tuple[PoseGraph, Pose]:
+def drifted(count: int = 60) -> tuple[PoseGraph, Pose, Pose]:
+    """A graph of wheels that turn too far all the time; the poses (K, 3) by them, and the true ones."""
+    true = circle(count)
     graph, poses = PoseGraph(), [true[0]]
     for k in range(1, len(true)):
         step = between(true[k - 1], true[k]) + np.array([0.0, 0.0, 0.005])
         graph.add(constraint(k - 1, k, step, 0.02, "odometry"))
         poses.append(compose(poses[-1], step))
-    return graph, np.array(poses)
+    return graph, np.array(poses), true
 
 
 def largest_error(poses: Pose, true: Pose) -> float:
@@ -37,8 +39,7 @@ def largest_error(poses: Pose, true: Pose) -> float:
 
 
 def test_a_loop_closure_takes_the_drift_out() -> None:
-    true = circle()
-    graph, poses = drifted(true)
+    graph, poses, true = drifted()
     before = largest_error(poses, true)
     graph.add(constraint(0, 59, between(true[0], true[59]), 0.01, "loop_closure"))
     assert before > 1.0
@@ -46,8 +47,7 @@ def test_a_loop_closure_takes_the_drift_out() -> None:
 
 
 def test_false_loop_closures_are_ignored() -> None:
-    true = circle()
-    graph, poses = drifted(true)
+    graph, poses, true = drifted()
     for a, b in ((0, 59), (2, 58), (4, 57), (1, 56)):
         graph.add(constraint(a, b, between(true[a], true[b]), 0.01, "loop_closure"))
     clean = largest_error(graph.optimize(poses), true)
@@ -86,8 +86,7 @@ def test_a_match_that_stands_alone_does_not() -> None:
 
 
 def test_fixed_keyframes_stay_and_pull_the_others() -> None:
-    true = circle()
-    graph, poses = drifted(true)
+    graph, poses, true = drifted()
     poses[:40] = true[:40]
     graph.add(constraint(0, 59, between(true[0], true[59]), 0.01, "loop_closure"))
     solved = graph.optimize_roughly(poses, 40)
@@ -108,8 +107,7 @@ def test_a_keyframe_that_nothing_ties_to_others_stays() -> None:
 
 
 def test_a_loop_moves_only_what_is_not_tied_yet_when_that_is_enough() -> None:
-    true = circle()
-    graph, poses = drifted(true)
+    graph, poses, true = drifted()
     poses[:40] = true[:40]
     loop = constraint(0, 59, between(true[0], true[59]), 0.01, "loop_closure")
     solved = graph.close([loop], poses, groups(60), 40)
@@ -118,8 +116,7 @@ def test_a_loop_moves_only_what_is_not_tied_yet_when_that_is_enough() -> None:
 
 
 def test_a_loop_that_strains_what_was_tied_moves_that_too() -> None:
-    true = circle()
-    graph, poses = drifted(true)
+    graph, poses, true = drifted()
     loop = constraint(0, 50, between(true[0], true[50]), 0.01, "loop_closure")
     solved = graph.close([loop], poses, groups(60), 55)
     assert not np.allclose(solved[1:50], poses[1:50])
@@ -127,17 +124,15 @@ def test_a_loop_that_strains_what_was_tied_moves_that_too() -> None:
 
 
 def test_a_loop_that_fits_moves_nothing() -> None:
-    true = circle()
-    graph, poses = drifted(true)
+    graph, poses, _ = drifted()
     loop = constraint(0, 59, between(poses[0], poses[59]), 0.01, "loop_closure")
     np.testing.assert_array_equal(graph.close([loop], poses, groups(60)), poses)
 
 
 def test_a_loop_moves_a_long_drive_by_groups_and_its_end_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pose_graph, "_MOST_SOLVED_SINGLY", 40)
-    true = circle(200)
-    graph, poses = drifted(true)
-    exact, _ = drifted(true)
+    graph, poses, true = drifted(200)
+    exact, _, _ = drifted(200)
     loop = constraint(2, 197, between(true[2], true[197]), 0.01, "loop_closure")
     exact.add(loop)
     expected = exact.optimize(poses)
@@ -147,8 +142,7 @@ def test_a_loop_moves_a_long_drive_by_groups_and_its_end_one_by_one(monkeypatch:
 
 
 def test_of_the_first_keyframes_alone_the_later_ones_do_not_count() -> None:
-    true = circle()
-    graph, poses = drifted(true)
+    graph, poses, true = drifted()
     poses[:20] = true[:20]
     graph.add(constraint(0, 40, between(true[0], true[40]), 0.01, "loop_closure"))
     graph.add(constraint(10, 55, np.zeros(3), 0.001, "scan_matching"))
@@ -190,8 +184,7 @@ def test_a_closure_that_the_solution_refutes_is_dropped_in_the_end(
     limit: float, is_left: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(pose_graph, "_REFUTED", (limit, 10.0))
-    true = circle()
-    graph, poses = drifted(true)
+    graph, poses, true = drifted()
     for a, b in ((0, 59), (2, 58), (4, 57), (1, 56)):
         graph.add(constraint(a, b, between(true[a], true[b]), 0.01, "loop_closure"))
     graph.add(constraint(10, 40, np.array([1.0, -2.0, 0.5]), 0.01, "loop_closure"))

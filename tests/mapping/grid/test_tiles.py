@@ -95,6 +95,20 @@ def test_the_same_specks_go(seed: int, keyframes: int, largest: float) -> None:
     np.testing.assert_array_equal(cleaned.cells, untiled_despeckled(grid, seen, largest))
 
 
+@pytest.mark.parametrize(
+    ("length", "times", "stays"), [(8, 3, False), (8, 20, True), (40, 3, True), (1, 1, False)]
+)
+def test_only_what_is_small_and_hardly_seen_goes(length: int, times: int, stays: bool) -> None:
+    """Cells, and keyframes of thirty."""
+    grid = OccupancyGrid(np.zeros((200, 200), dtype=np.int8), RESOLUTION, np.array([1.0, -2.0, 0.3]))
+    grid.cells[100, 100 : 100 + length] = OCCUPIED
+    blob = grid.center_of(np.argwhere(grid.cells == OCCUPIED))
+    seen = [blob if k < times else blob[:0] for k in range(30)]
+    cleaned = despeckled(in_tiles(grid), seen, 30, 0.6).in_one_piece()
+    left = grid.cells if stays else np.where(grid.cells == OCCUPIED, UNKNOWN, grid.cells)
+    np.testing.assert_array_equal(cleaned.cells, left)
+
+
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**32), st.floats(0.01, 40.0))
 def test_the_same_cells_are_near_the_path(seed: int, margin: float) -> None:

@@ -1,13 +1,16 @@
-"""A keyframe finds its place whichever of the guesses is right, and when none is."""
+"""A keyframe finds its place whichever guess is right: how likely each is, and what its scan says of it."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from racecar.mapping.keyframes.gap import Gap
+from racecar.mapping.keyframes.gap import Gap, gap_after
+from racecar.mapping.keyframes.motion_prior import guess_shares, log_likelihood
 from racecar.mapping.keyframes.placement import KeyframePlacer
+from racecar.mapping.keyframes.scan_evidence import scan_evidence
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
+from racecar.sensors.matching.scan_matching import Pairings, match
 from racecar.sensors.motion.calibration import WheelCalibration
 from tests.sensors.worlds import CORRIDOR, ROOM, box, path, store_of
 
@@ -126,3 +129,121 @@ def test_without_points_the_first_guess_stands() -> None:
     error, chosen = placed_from(out_of_reach, true, [compose(step, AHEAD), step, step])
     assert chosen == 0
     np.testing.assert_allclose(error, AHEAD, atol=1e-6)
+
+
+FAR, NEAR = np.array([0.9, 0.3, 0.2]), np.array([0.3, 0.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("seconds", "step", "gap"),
+    [
+        (0.5, FAR, Gap.NONE),
+        (0.6, FAR, Gap.DRIVEN),
+        (0.6, NEAR, Gap.NONE),
+        (0.6, None, Gap.NONE),
+        (2.1, FAR, Gap.DRIVEN),
+        (2.1, NEAR, Gap.LEFT_ALONE),
+        (2.1, None, Gap.LEFT_ALONE),
+    ],
+)
+def test_a_car_that_stood_must_be_out_of_sight_for_longer(
+    seconds: float, step: np.ndarray | None, gap: Gap
+) -> None:
+    assert gap_after(round(seconds * 1e9), step, 0.3) == gap
+
+
+def evidence(walls: np.ndarray, poses: Pose, places: Pose) -> np.ndarray:
+    """Of places (G, 3) where the last of some scans may have been taken, beside the others."""
+    store, fixed = store_of(walls, poses), np.arange(len(poses) - 1)
+    groups = len(places)
+    pairs = np.tile(np.column_stack([fixed, np.full(len(fixed), len(fixed))]), (groups, 1))
+    pairings = Pairings(
+        np.arange(groups + 1) * len(fixed),
+        pairs,
+        np.tile(poses[:-1], (groups, 1)),
+        np.zeros((groups * len(fixed), 3)),
+    )
+    stay = 1e12 * np.eye(3)
+    matches = match(places, pairings, store, store, prior_information=stay)
+    return scan_evidence(store, fixed, poses[:-1], len(fixed), matches)
+
+
+@settings(max_examples=20)
+@given(st.floats(0.3, 0.8), st.floats(-np.pi, np.pi), st.sampled_from([-0.6, 0.0, 0.6]))
+def test_the_true_place_has_the_most(missed: float, towards: float, turned: float) -> None:
+    poses = path(np.array((0.2, 0.0, 0.05)), (-2.0, -0.5, 0.1), 5)
+    off = np.array([missed * np.cos(towards), missed * np.sin(towards), turned])
+    true, wrong = evidence(ROOM, poses, np.stack([poses[-1], compose(poses[-1], off)]))
+    assert true > 40.0
+    assert wrong < true - 10.0
+
+
+@pytest.mark.parametrize("ahead", [-0.4, 0.4])
+def test_along_a_bare_corridor_all_places_have_as_much(ahead: float) -> None:
+    poses = path(np.array((0.4, 0.0, 0.0)), (0.0, 0.0, 0.0), 5)
+    true, shifted = evidence(CORRIDOR, poses, np.stack([poses[-1], poses[-1] + [ahead, 0.0, 0.0]]))
+    assert abs(true - shifted) < 3.0
+
+
+def test_scans_that_see_nothing_say_nothing() -> None:
+    out_of_reach = box(-99.0, -99.0, 99.0, 99.0)
+    poses = path(np.array((0.2, 0.0, 0.0)), (0.0, 0.0, 0.0), 5)
+    np.testing.assert_array_equal(evidence(out_of_reach, poses, poses[-2:]), 0.0)
+
+
+SIGMA = 0.05
+GUESSES = np.array([[1.0, 0.0, 0.2], [-1.0, 0.5, 0.0]])
+SHARES = np.array([0.9, 0.09])
+REACH, VOLUME = 1.5, 18.0 * np.pi
+"""Metres to each side, and that over all headings."""
+
+offs = st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(np.array)
+
+
+def likelihood(poses: list[Pose], guesses: Pose = GUESSES, shares: np.ndarray = SHARES) -> np.ndarray:
+    return log_likelihood(np.array(poses), guesses, shares, np.eye(3) / SIGMA**2, REACH)
+
+
+def test_the_first_guess_is_trusted_unless_it_is_doubted() -> None:
+    trusted = guess_shares(3, is_first_doubted=False, is_left_alone=False)
+    assert trusted[0] > 0.95
+    assert trusted[1] == trusted[2] < 0.01
+    doubted = guess_shares(3, is_first_doubted=True, is_left_alone=False)
+    assert doubted[0] == doubted[1] == doubted[2]
+
+
+def test_where_the_car_may_have_been_carried_all_guesses_may_be_wrong() -> None:
+    driven, carried = (
+        guess_shares(2, is_first_doubted=False, is_left_alone=is_left_alone).sum()
+        for is_left_alone in (False, True)
+    )
+    assert carried < 0.8 < 0.99 < driven < 1.0
+
+
+def test_where_the_first_guess_leads_is_as_likely_as_it_is_trusted() -> None:
+    first, other = likelihood(list(GUESSES))
+    assert np.isclose(first, 0.0, atol=1e-3)
+    assert np.isclose(other, np.log(0.1), atol=0.05)
+
+
+@given(offs, st.floats(0.0, 1.0))
+def test_nearer_to_the_guesses_is_likelier(off: np.ndarray, share: float) -> None:
+    poses = compose(GUESSES[0], np.array([share * off, off]))
+    near, far = likelihood(list(poses), GUESSES[:1], np.array([0.99]))
+    assert near >= far - 1e-9
+
+
+@given(offs)
+def test_no_place_is_impossible(off: np.ndarray) -> None:
+    (anywhere,) = likelihood([100.0 * off + [500.0, 0.0, 0.0]])
+    uniform = 0.01 / VOLUME
+    peak = 0.9 * 2.0 / (np.sqrt(np.pi) / 2.0 * (3.0 * np.pi) ** 1.5) / SIGMA**3
+    assert np.isclose(anywhere, np.log(uniform / peak), atol=0.01)
+
+
+def test_a_guess_that_misses_by_ten_standard_deviations_is_likelier_than_chance() -> None:
+    """Wheels that slip err so; a Gaussian would call it impossible."""
+    missed, anywhere = likelihood(
+        [compose(GUESSES[0], [10 * SIGMA, 0.0, 0.0]), compose(GUESSES[0], [50.0, 0.0, 0.0])]
+    )
+    assert missed > anywhere + 3.0

@@ -9,28 +9,16 @@ from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.loops import loop_closure, submap_graph, submap_matching
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap_graph import SubmapGraph
+from racecar.mapping.loops.submap_matching import nearest_pairs
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
+from tests.mapping.sessions import RING, path
 from tests.sensors.worlds import box, store_of
-
-RING = np.concatenate(
-    [box(-6, -4, 6, 4), box(-4, -2, 4, 2), box(-1, 2, 0, 2.5), box(2, -4, 2.4, -3.4), box(5.5, 1, 6, 3)]
-)
-"""12 x 8 m about a block, with things along the walls that make each place unique."""
 
 STEP = 0.3
 STEP_VARIANCES = np.array([[0.012**2, 0.0015**2]])
 """Square metres and radians: some 0.2 m and 1 degree on the way round the ring."""
-
-
-def laps(corners: list[tuple[float, float]], rounds: float) -> Pose:
-    """(K, 3) keyframes ``STEP`` apart along the sides of a polygon, lap after lap."""
-    ends = np.array([*corners, corners[0]], dtype=float)
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ends, axis=0).T))])
-    at = np.arange(0.0, rounds * along[-1], STEP) % along[-1]
-    places = np.stack([np.interp(at, along, axis) for axis in ends.T], axis=1)
-    ahead = np.stack([np.interp((at + 0.5) % along[-1], along, axis) for axis in ends.T], axis=1)
-    direction = ahead - places
-    return np.column_stack([places, np.arctan2(direction[:, 1], direction[:, 0])])
+ONCE_ROUND = 32.0
+"""Metres."""
 
 
 def drifted(true: Pose, bias: tuple[float, float, float]) -> Pose:
@@ -58,31 +46,27 @@ def errors(found: list[Constraint], true: Pose) -> Pose:
     return np.array(apart).reshape(-1, 3)
 
 
-AROUND = [(-5.0, -3.0), (5.0, -3.0), (5.0, 3.0), (-5.0, 3.0)]
-
-
 @pytest.mark.parametrize("bias", [(0.0, 0.0, 0.0), (0.004, 0.0, 0.0), (0.0, 0.002, -0.0008)])
 def test_a_second_round_closes_loops_that_are_true(bias: tuple[float, float, float]) -> None:
-    true = laps(AROUND, 1.8)
+    true = path(0.0, 1.8 * ONCE_ROUND)
     found = closures(RING, true, drifted(true, bias))
     assert len(found) >= 3
-    once_round = 32.0 / STEP
     for closure in found:
         assert closure.kind == "loop_closure"
-        assert abs(closure.to_keyframe - closure.from_keyframe - once_round) < 6.0 / STEP
+        assert abs(closure.to_keyframe - closure.from_keyframe - ONCE_ROUND / STEP) < 6.0 / STEP
     is_observed = np.array([np.diag(c.information) > 100.0 for c in found])  # 0.1 m, 6 degrees
     assert is_observed.mean() > 0.9
     assert (np.abs(errors(found, true)) < [0.06, 0.06, 0.015])[is_observed].all()  # drift bends submaps
 
 
 def test_a_first_round_has_nothing_to_close() -> None:
-    true = laps(AROUND, 0.8)
+    true = path(0.0, 0.8 * ONCE_ROUND)
     assert closures(RING, true, true) == []
 
 
 def test_look_alikes_far_from_where_the_car_may_be_are_left_alone() -> None:
     """Two rings of the same shape, 30 m apart: the distance driven tells them apart."""
-    first = laps(AROUND, 0.95)
+    first = path(0.0, 0.95 * ONCE_ROUND)
     aside = np.array([30.0, 0.0, 0.0])
     true = np.concatenate([first, compose(aside, first)])
     both = np.concatenate([RING, RING + aside[:2]])
@@ -94,7 +78,8 @@ def test_a_row_of_equal_niches_closes_no_wrong_loop(bias: tuple[float, float, fl
     """Up and down a street; the niches are 2 m apart, and only its ends make places unique."""
     niches = [box(x, side, x + 0.8, side * 1.3) for x in np.arange(-15.0, 15.0, 2.0) for side in (-2.0, 2.0)]
     street = np.concatenate([box(-18, -2.6, 18, 2.6), box(-14, -0.1, 14, 0.1), *niches])
-    true = laps([(0.0, -1.0), (15.0, -1.0), (15.0, 1.0), (-15.0, 1.0), (-15.0, -1.0)], 1.4)
+    corners = np.array([(0.0, -1.0), (15.0, -1.0), (15.0, 1.0), (-15.0, 1.0), (-15.0, -1.0)])
+    true = path(0.0, 1.4 * 64.0, corners)
     found = closures(street, true, drifted(true, bias), sight=6.0)
     assert found
     assert (np.abs(errors(found, true)) < [0.25, 0.25, 0.05]).all()
@@ -102,7 +87,7 @@ def test_a_row_of_equal_niches_closes_no_wrong_loop(bias: tuple[float, float, fl
 
 def test_one_submap_that_fits_is_not_believed_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """The round is over by one submap; the next one would support it."""
-    true = laps(AROUND, 1.07)
+    true = path(0.0, 1.07 * ONCE_ROUND)
     assert closures(RING, true, true) == []
     monkeypatch.setattr(loop_closure, "is_supported", lambda *_: True)
     assert len(closures(RING, true, true)) == 1
@@ -110,7 +95,7 @@ def test_one_submap_that_fits_is_not_believed_alone(monkeypatch: pytest.MonkeyPa
 
 def test_scans_that_are_looked_through_refute_a_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing satisfies an agreement above one, so no hypothesis is left."""
-    true = laps(AROUND, 1.8)
+    true = path(0.0, 1.8 * ONCE_ROUND)
     assert closures(RING, true, true) != []
     monkeypatch.setattr(submap_matching, "_MIN_AGREEMENT", 1.01)
     assert closures(RING, true, true) == []
@@ -138,21 +123,28 @@ def test_what_lies_beyond_a_turn_may_be_farther_off(monkeypatch: pytest.MonkeyPa
 def test_submaps_follow_each_other_at_even_distances(
     steps: list[float], spacing: float, half_length: float
 ) -> None:
-    graph, path = SubmapGraph(), np.cumsum(steps)
+    graph, along = SubmapGraph(), np.cumsum(steps)
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(submap_graph, "SPACING", spacing)
         patched.setattr(submap_graph, "_HALF_LENGTH", half_length)
         completed = [graph.add_keyframe(step) for step in steps]
     assert all(submap.last == k for k, submap in enumerate(completed) if submap is not None)
     longest = max(steps)
-    path -= path[0] - steps[0]
+    along -= along[0] - steps[0]
     for submap in graph.submaps:
-        reach = path[submap.middle] - path[submap.first], path[submap.last] - path[submap.middle]
+        reach = along[submap.middle] - along[submap.first], along[submap.last] - along[submap.middle]
         assert max(reach) <= half_length + 2 * longest
-        assert reach[0] >= min(half_length - 2 * longest, path[submap.middle] - path[0])
+        assert reach[0] >= min(half_length - 2 * longest, along[submap.middle] - along[0])
         assert reach[1] >= half_length - 2 * longest
-    middles = path[[submap.middle for submap in graph.submaps]]
+    middles = along[[submap.middle for submap in graph.submaps]]
     gaps = np.full(max(len(middles) - 1, 0), spacing)
     gaps[:1] = max(spacing, half_length)  # after that of the start
     assert (np.abs(np.diff(middles) - gaps) <= longest + 1e-9).all()
-    assert len(middles) >= (path[-1] - 2 * half_length) / (spacing + longest) - 2
+    assert len(middles) >= (along[-1] - 2 * half_length) / (spacing + longest) - 2
+
+
+def test_pairs_that_see_alike_come_first() -> None:
+    first = np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]])
+    second = np.array([[0.1, 0.0, np.pi], [0.5, 0.0, 0.1], [5.2, 0.0, 0.0]])
+    a, b = nearest_pairs(first, second, 2)
+    assert set(zip(a.tolist(), b.tolist(), strict=True)) == {(0, 1), (1, 2)}

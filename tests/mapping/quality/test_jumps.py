@@ -9,7 +9,7 @@ from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.jumps import jumps
 from racecar.mapping.quality.map_quality import Verdict
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse
-from tests.mapping.quality.plain_maps import chain, plain_map
+from tests.mapping.sessions import chain, plain_map
 from tests.sensors.worlds import ROOM, store_of
 
 COUNT = 41

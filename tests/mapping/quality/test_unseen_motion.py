@@ -11,13 +11,12 @@ from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.quality.unseen_motion import unseen_motion
 from racecar.maps.geometry.se2 import between
-from tests.mapping.quality.plain_maps import chain, plain_map
+from tests.mapping.sessions import chain, plain_map
 from tests.sensors.worlds import CORRIDOR, ROOM, store_of
 
 PATH = np.column_stack([np.linspace(-3.0, 2.0, 11), np.zeros(11), np.zeros(11)])
 INFORMATION = np.diag([1e4, 1e4, 1e5])
 BARE = np.ones(len(PATH), dtype=np.bool_)
-WALLED = ~BARE
 
 
 def stood_in(step: int, seconds: float) -> np.ndarray:

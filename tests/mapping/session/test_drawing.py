@@ -1,4 +1,4 @@
-"""A map is drawn turned, cropped, shifted and without chosen scans, and says in which frame it lies."""
+"""A map is drawn turned, cropped, shifted and without chosen scans; its walls say which turn is straight."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,10 @@ from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.rendering import Rays, render
 from racecar.mapping.session.drawing import DrawnMap, Views, draw_map
 from racecar.mapping.session.session import one_drive
-from racecar.maps.geometry.se2 import Pose, compose, transform_points
-from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+from racecar.mapping.session.wall_direction import wall_direction
+from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, transform_points
+from racecar.maps.grid.occupancy_grid import UNKNOWN
+from racecar.sensors.matching.scan_store import PreparedScan, ScanStore
 from tests.sensors.worlds import ROOM, points_at, store_of
 
 RESOLUTION, TURN = 0.05, 0.3
@@ -32,11 +34,6 @@ def drawn(rendering: RenderingConfig, *, keep_frame: bool = False) -> DrawnMap:
 
 def settings(**values: object) -> RenderingConfig:
     return RenderingConfig.model_validate(values)
-
-
-def known_box(grid: OccupancyGrid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    centres = grid.center_of(np.argwhere(grid.cells != UNKNOWN))
-    return centres.min(axis=0), centres.max(axis=0)
 
 
 def test_by_default_the_frame_is_that_of_the_scans() -> None:
@@ -146,3 +143,41 @@ def test_a_frame_that_is_kept_is_kept_and_told() -> None:
 def test_settings_that_cannot_be_are_refused_in_a_clause(values: dict[str, object], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         settings(**values)
+
+
+AT = np.array([[0.0, 0.0, 0.3], [0.5, -0.4, 2.0], [-0.6, 0.3, -2.4]])
+
+
+def degrees_off(direction: float, turn: float) -> float:
+    return abs((np.rad2deg(direction - turn) + 45.0) % 90.0 - 45.0)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, 0.78, -0.5, 2.9])
+def test_walls_are_found_whatever_way_they_run(turn: float) -> None:
+    moved: Pose = compose([1.0, 2.0, turn], AT)
+    direction = wall_direction(store_of(ROOM, AT), moved)
+    assert direction is not None
+    assert -np.pi / 4 <= direction < np.pi / 4
+    assert degrees_off(direction, turn) < 0.1
+
+
+def test_lines_that_run_elsewhere_do_not_count() -> None:
+    """A third of all lines lie anyhow, a fifth along another wing, and normals scatter."""
+    rng = np.random.default_rng(5)
+    main = 0.31 + rng.integers(0, 4, 2000) * np.pi / 2
+    angles = np.concatenate([main, np.full(800, 0.75), rng.uniform(-np.pi, np.pi, 1200)])
+    angles += rng.normal(0.0, np.deg2rad(1.5), len(angles))
+    store = ScanStore()
+    for part in np.split(rng.permutation(angles), 20):
+        points = np.column_stack([np.linspace(1.0, 2.0, len(part)), np.zeros(len(part))])
+        normals = np.column_stack([np.cos(part), np.sin(part)])
+        store.add(PreparedScan(points.astype(np.float32), normals.astype(np.float32)))
+    direction = wall_direction(store, np.zeros((20, 3)))
+    assert direction is not None
+    assert degrees_off(direction, 0.31) < 0.2
+
+
+def test_without_lines_there_is_no_direction() -> None:
+    store = ScanStore()
+    store.add(PreparedScan(np.zeros((0, 2), np.float32), np.zeros((0, 2), np.float32)))
+    assert wall_direction(store, IDENTITY[None]) is None

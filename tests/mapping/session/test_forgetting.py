@@ -14,7 +14,7 @@ from racecar.mapping.session.merging import EarlierMap, merge
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
 from racecar.maps.grid.occupancy_grid import UNKNOWN
-from tests.mapping.ring_drives import RING, path, session
+from tests.mapping.sessions import RING, path, session
 
 ELSEWHERE = np.array([40.0, -25.0, 2.5])
 

@@ -11,7 +11,7 @@ from racecar.mapping.session.merging import EarlierMap, merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
-from tests.mapping.ring_drives import BARE_RING, RING, path, session
+from tests.mapping.sessions import BARE_RING, RING, path, session
 from tests.sensors.worlds import box
 
 ELSEWHERE = np.array([40.0, -25.0, 2.5])

@@ -4,7 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from racecar.maps.geometry.se2 import IDENTITY, Pose, adjoint, between, chained, compose, inverse
+from racecar.maps.geometry.se2 import IDENTITY, Pose, adjoint, between, chained, compose, inverse, wrap_angle
+from racecar.maps.geometry.se2_kernels import composed, inverse_of_symmetric, step_between, wrapped
 
 numbers = st.floats(-50.0, 50.0)
 poses = st.tuples(numbers, numbers, numbers).map(np.array)
@@ -56,3 +57,42 @@ def test_adjoint_carries_small_motions_from_one_frame_to_the_other(a_from_b: Pos
 def test_adjoints_multiply_as_their_poses_do(one: Pose, many: Pose) -> None:
     np.testing.assert_allclose(adjoint(compose(one, many)), adjoint(one) @ adjoint(many), atol=1e-9)
     np.testing.assert_array_equal(adjoint(many), [adjoint(each) for each in many])
+
+
+number = st.floats(-100.0, 100.0)
+pose = st.tuples(number, number, number).map(np.array)
+
+
+def assert_same(one: np.ndarray, other: np.ndarray) -> None:
+    np.testing.assert_allclose(one[:2], other[:2], atol=1e-10)
+    assert abs(wrap_angle(one[2] - other[2])) < 1e-10
+
+
+@given(pose, pose)
+def test_poses_are_composed_as_outside_of_loops(a_from_b: np.ndarray, b_from_c: np.ndarray) -> None:
+    assert_same(composed(a_from_b, b_from_c), compose(a_from_b, b_from_c))
+
+
+@given(pose, pose)
+def test_a_step_is_the_second_pose_seen_from_the_first(a: np.ndarray, b: np.ndarray) -> None:
+    assert_same(step_between(a, b), between(a, b))
+
+
+@given(number)
+def test_wrapped_angles_are_within_half_a_turn(angle: float) -> None:
+    assert -np.pi <= wrapped(angle) < np.pi + 1e-12
+    assert abs(wrap_angle(wrapped(angle) - angle)) < 1e-12
+
+
+@given(st.lists(st.floats(-3.0, 3.0), min_size=9, max_size=9), st.floats(0.05, 10.0))
+def test_a_matrix_times_its_inverse_is_one(numbers: list[float], least: float) -> None:
+    root = np.reshape(numbers, (3, 3))
+    matrix = root @ root.T + least * np.eye(3)
+    inverse = inverse_of_symmetric(matrix)
+    np.testing.assert_allclose(matrix @ inverse, np.eye(3), atol=1e-9)
+    np.testing.assert_array_equal(inverse, inverse.T)
+
+
+def test_only_the_upper_triangle_is_read() -> None:
+    matrix = np.array([[2.0, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1.0]])
+    np.testing.assert_array_equal(inverse_of_symmetric(np.triu(matrix)), inverse_of_symmetric(matrix))

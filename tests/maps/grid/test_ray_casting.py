@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse
+from racecar.maps.geometry.se2 import Pose, compose, inverse
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan, cast_rays
 
@@ -62,23 +62,21 @@ def box(side: int = 101, resolution: float = 0.1) -> OccupancyGrid:
     return OccupancyGrid(cells, resolution, np.array([-5.05, -5.05, 0.0]))
 
 
-def test_a_box_is_measured_from_its_middle() -> None:
-    ranges = cast_rays(box(), IDENTITY, np.radians([0, 45, 90, 180, -90]), max_range=30.0)
-    np.testing.assert_allclose(ranges, [4.95, 4.95 * np.sqrt(2), 4.95, 4.95, 4.95], atol=1e-9)
-
-
-def test_beyond_the_maximum_range_is_a_miss() -> None:
-    ranges = cast_rays(box(), IDENTITY, np.radians([0, 45]), max_range=5.0)
-    np.testing.assert_allclose(ranges, [4.95, np.inf], atol=1e-9)
-
-
-def test_a_ray_that_starts_in_a_wall_measures_nothing() -> None:
-    assert cast_rays(box(), np.array([5.0, 0.0, 0.3]), [0.0], max_range=30.0)[0] == 0.0
-
-
-def test_a_ray_from_outside_enters_and_one_past_the_grid_misses() -> None:
-    outside = np.array([-8.05, 0.0, 0.0])
-    np.testing.assert_allclose(cast_rays(box(), outside, [0.0, np.pi], max_range=30.0), [3.0, np.inf])
+@pytest.mark.parametrize(
+    ("pose", "degrees", "max_range", "expected"),
+    [
+        ((0, 0, 0), [0, 45, 90, 180, -90], 30.0, [4.95, 4.95 * np.sqrt(2), 4.95, 4.95, 4.95]),
+        ((0, 0, 0), [0, 45], 5.0, [4.95, np.inf]),  # beyond the maximum range is a miss
+        ((5.0, 0, 0.3), [0], 30.0, [0.0]),  # within a wall
+        ((-8.05, 0, 0), [0, 180], 30.0, [3.0, np.inf]),  # from outside, and past the grid
+        ([(0, 0, 0), (1, 0, 0), (0, 2, np.pi / 2)], [0, 0, 0], 30.0, [4.95, 3.95, 2.95]),  # each its own pose
+    ],
+)
+def test_a_box_is_measured(
+    pose: object, degrees: list[float], max_range: float, expected: list[float]
+) -> None:
+    measured = cast_rays(box(), np.array(pose, dtype=float), np.radians(degrees), max_range=max_range)
+    np.testing.assert_allclose(measured, expected, atol=1e-9)
 
 
 def test_a_fan_is_all_bearings_from_all_poses() -> None:
@@ -89,8 +87,3 @@ def test_a_fan_is_all_bearings_from_all_poses() -> None:
     assert fans.shape == (5, 7)
     each = [cast_rays(box(), poses[i], bearings, max_range=30.0) for i in range(5)]
     np.testing.assert_array_equal(fans, each)
-
-
-def test_each_ray_may_have_a_pose_of_its_own() -> None:
-    poses = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, np.pi / 2]])
-    np.testing.assert_allclose(cast_rays(box(), poses, np.zeros(3), max_range=30.0), [4.95, 3.95, 2.95])

@@ -21,7 +21,7 @@ from racecar.sensors.self_calibration.self_calibration import SelfCalibration
 from racecar.sensors.self_calibration.turn_agreement import TurnAgreement
 from racecar.sensors.self_calibration.wheel_track import WheelSigns
 from racecar.sensors.yaw_rate import YawRate
-from tests.sensors.self_calibration.moving_laser import STEP, odometry_of, scans_of, winding_drive
+from tests.sensors.drives import STEP, odometry_of, scans_of, winding_drive
 
 SECONDS = 16.0
 DRIVE = winding_drive(SECONDS)
@@ -31,11 +31,11 @@ BACKWARDS = np.array([-0.2, 0.0, np.pi])
 class Recording:
     """A robot's drive, to be spoiled in one way or another."""
 
-    def __init__(self, base_from_laser: Pose = IDENTITY) -> None:
+    def __init__(self, base_from_laser: Pose = IDENTITY, told: Pose | None = None) -> None:
         self.scans = scans_of(compose(DRIVE, base_from_laser), SECONDS)
         self.odometry = odometry_of(DRIVE, SECONDS)
         self.yaw_rates: list[YawRate] = []
-        self.told: Pose | None = None
+        self.told = told
 
     def change_odometry(self, change: Callable[[Odometry], Odometry]) -> "Recording":
         self.odometry = [change(sample) for sample in self.odometry]
@@ -45,6 +45,23 @@ class Recording:
         return self.change_odometry(
             lambda sample: replace(sample, odom_from_base=sample.odom_from_base * np.array(factors))
         )
+
+    def change_scans(self, change: Callable[[Scan], Scan]) -> "Recording":
+        self.scans = [change(scan) for scan in self.scans]
+        return self
+
+    def without_odometry(self) -> "Recording":
+        self.odometry = []
+        return self
+
+    def with_gyroscope(self, factor: float, lag: float = 0.0) -> "Recording":
+        """Stamped so late."""
+        rates = np.gradient(DRIVE[:, 2], STEP)
+        self.yaw_rates = [
+            YawRate(round((STEP * index + lag) * 1e9), float(factor * rates[index]))
+            for index in range(0, round(SECONDS / STEP), 2)
+        ]
+        return self
 
     def write(self, path: Path) -> Path:
         with BagWriter(path) as writer:
@@ -86,38 +103,100 @@ def only_finding(corrections: Corrections) -> str:
     return finding.name
 
 
-def test_a_sound_recording_is_read_as_it_stands(tmp_path: Path) -> None:
-    corrections, reader = corrections_of(Recording(), tmp_path)
-    assert corrections.inputs == {} and not corrections.findings
-    assert reader.base_from_laser_source == "assumed identity"
+def late(seconds: float) -> Recording:
+    """Of odometry whose clock is off."""
+    recording = Recording().change_scans(lambda scan: replace(scan, stamp=scan.stamp + 10**10))
+    by = 10**10 + round(seconds * 1e9)
+    return recording.change_odometry(lambda sample: replace(sample, stamp=sample.stamp + by))
 
 
-@pytest.mark.parametrize("share", [0.3048, 0.5, 1.3, 2.0])
-def test_wheels_that_report_more_or_less_than_the_distance(tmp_path: Path, share: float) -> None:
-    corrections, _ = corrections_of(Recording().multiply(share, share, 1.0), tmp_path)
-    assert corrections.odometry_factors == pytest.approx((1.0 / share, 1.0 / share, 1.0), rel=0.03)
-    assert only_finding(corrections) == "distances_disagree"
-    assert corrections.findings[0].spoils_map == (share == 0.3048)
+def mirrored() -> Recording:
+    """The same drive in a mirror, of beams that the driver turned round."""
+    recording = Recording().change_scans(
+        lambda scan: replace(scan, bearings=-scan.bearings[::-1], ranges=scan.ranges[::-1])
+    )
+    return recording.multiply(1.0, -1.0, -1.0)
 
 
-def test_wheels_whose_x_and_y_are_exchanged_are_not_used(tmp_path: Path) -> None:
-    recording = Recording().change_odometry(
+def told_half() -> Recording:
+    """Whose beams, of a whole turn, are stated to lie over half of it."""
+    return Recording().change_scans(
+        lambda scan: replace(scan, bearings=-np.pi + 0.5 * (scan.bearings + np.pi))
+    )
+
+
+def exchanged() -> Recording:
+    return Recording().change_odometry(
         lambda sample: replace(sample, odom_from_base=sample.odom_from_base[[1, 0, 2]])
     )
-    corrections, _ = corrections_of(recording, tmp_path)
-    assert not corrections.uses_odometry
-    assert only_finding(corrections) == "odometry_mirrored"
 
 
-def test_beams_turned_round_by_the_driver(tmp_path: Path) -> None:
-    recording = Recording()
-    recording.scans = [
-        replace(scan, bearings=-scan.bearings[::-1], ranges=scan.ranges[::-1]) for scan in recording.scans
-    ]
-    mirrored = recording.multiply(1.0, -1.0, -1.0)  # the same drive in a mirror
-    corrections, _ = corrections_of(mirrored, tmp_path)
-    assert corrections.inputs == {"corrections": {"beams": "reversed"}}
-    assert only_finding(corrections) == "beams_reversed"
+DEGREES = float(np.degrees(1.0))
+
+
+@pytest.mark.parametrize(
+    ("recording", "finding", "learned"),
+    [
+        (Recording, None, {"inputs": {}}),
+        (lambda: Recording(BACKWARDS, BACKWARDS), None, {"inputs": {}}),
+        *(
+            (
+                lambda share=share: Recording().multiply(share, share, 1.0),
+                "distances_disagree",
+                {"odometry_factors": pytest.approx((1.0 / share, 1.0 / share, 1.0), rel=0.03)},
+            )
+            for share in (0.3048, 0.5, 1.3, 2.0)
+        ),
+        *(
+            (
+                lambda signs=signs: Recording(told=IDENTITY).multiply(*signs),
+                "signs_changed",
+                {"odometry_factors": signs},
+            )
+            for signs in ((1.0, 1.0, -1.0), (1.0, -1.0, -1.0))
+        ),
+        *(
+            (
+                lambda seconds=seconds: late(seconds),
+                "clocks_apart",
+                {"odometry_shift": pytest.approx(-seconds * 1e9, abs=0.05e9)},
+            )
+            for seconds in (-2.5, 0.9)
+        ),
+        (exchanged, "odometry_mirrored", {"uses_odometry": False}),
+        (lambda: Recording().multiply(1.0, 1.0, DEGREES), "odometry_impossible", {"uses_odometry": False}),
+        (lambda: Recording().multiply(1.0, 1.0, 0.0), "odometry_without_turns", {"uses_odometry": False}),
+        (lambda: Recording().multiply(0.0, 0.0, 0.0), "odometry_stuck", {"uses_odometry": False}),
+        (mirrored, "beams_reversed", {"inputs": {"corrections": {"beams": "reversed"}}}),
+        (told_half, "bearings_scaled", {"bearing_factor": pytest.approx(2.0, abs=1e-6)}),
+        (lambda: told_half().without_odometry(), "bearings_doubtful", {"bearing_factor": 1.0}),
+        (
+            lambda: Recording().with_gyroscope(1.0, 0.3),
+            "imu_lags",
+            {"yaw_rate_shift": pytest.approx(-0.3e9, abs=0.03e9)},
+        ),
+        (
+            lambda: Recording().with_gyroscope(1.0, 0.3).without_odometry(),
+            "imu_lags",
+            {"yaw_rate_shift": pytest.approx(-0.3e9, abs=0.03e9)},
+        ),
+    ],
+)
+def test_what_a_recording_proves_is_corrected_and_named(
+    tmp_path: Path, recording: Callable[[], Recording], finding: str | None, learned: dict[str, object]
+) -> None:
+    corrections, reader = corrections_of(recording(), tmp_path)
+    assert [each.name for each in corrections.findings] == ([] if finding is None else [finding])
+    assert {name: getattr(corrections, name) for name in learned} == learned
+    for each in corrections.findings:
+        if each.name in ("distances_disagree", "bearings_doubtful"):  # wheels in feet, walls that are bent
+            assert each.spoils_map == (
+                corrections.odometry_factors[0] > 3.0 or finding == "bearings_doubtful"
+            )
+        if each.name == "clocks_apart":
+            assert each.numbers["seconds"] == pytest.approx(abs(corrections.odometry_shift * 1e-9), abs=0.05)
+    if finding is None:
+        assert reader.base_from_laser_source in ("assumed identity", "tf_static")
 
 
 def test_a_laser_that_looks_backwards(tmp_path: Path) -> None:
@@ -126,13 +205,11 @@ def test_a_laser_that_looks_backwards(tmp_path: Path) -> None:
     assert reader.base_from_laser is corrections.base_from_laser
     assert reader.base_from_laser_source == "motion"
     assert only_finding(corrections) == "place_learned"
-    assert not any("taken to be at base_link" in warning for warning in reader.warnings)
+    assert "place_unknown" not in {finding.name for finding in reader.findings}
 
 
 def test_a_place_that_is_told_is_believed_and_not_the_wheels(tmp_path: Path) -> None:
-    recording = Recording(BACKWARDS)
-    recording.told = np.array([-0.2, 0.0, 0.0])
-    corrections, reader = corrections_of(recording, tmp_path)
+    corrections, reader = corrections_of(Recording(BACKWARDS, np.array([-0.2, 0.0, 0.0])), tmp_path)
     assert corrections.base_from_laser is None and reader.odom_topic is None
     assert only_finding(corrections) == "place_contradicted"
     assert not any(isinstance(item, Odometry) for item in reader_items(tmp_path, corrections))
@@ -173,20 +250,11 @@ def reader_items(folder: Path, corrections: Corrections) -> list[Scan | Odometry
         return list(reader)
 
 
-def test_a_place_that_is_told_rightly_is_no_finding(tmp_path: Path) -> None:
-    recording = Recording(BACKWARDS)
-    recording.told = BACKWARDS
-    corrections, _ = corrections_of(recording, tmp_path)
-    assert corrections.inputs == {} and not corrections.findings
-
-
 def upside_down(recording: Recording) -> Recording:
     """The laser counts its bearings clockwise, and measures them in that order."""
-    recording.scans = [
-        replace(scan, bearings=-scan.bearings[::-1], ranges=scan.ranges[::-1], time_offsets=scan.time_offsets)
-        for scan in scans_of(DRIVE * [1.0, 1.0, 1.0], SECONDS)
-    ]
-    return recording
+    return recording.change_scans(
+        lambda scan: replace(scan, bearings=-scan.bearings[::-1], ranges=scan.ranges[::-1])
+    )
 
 
 def test_a_laser_upside_down(tmp_path: Path) -> None:
@@ -197,9 +265,7 @@ def test_a_laser_upside_down(tmp_path: Path) -> None:
 
 
 def test_wheels_and_gyroscope_together_outweigh_the_transform(tmp_path: Path) -> None:
-    recording = upside_down(Recording())
-    recording.told = IDENTITY
-    recording.yaw_rates = turning(1.0, 0.0)
+    recording = upside_down(Recording(told=IDENTITY)).with_gyroscope(1.0)
     corrections, reader = corrections_of(recording, tmp_path)
     assert corrections.is_upside_down and reader.laser_is_upside_down
     assert corrections.uses_odometry and corrections.odometry_factors == (1.0, 1.0, 1.0)
@@ -236,56 +302,10 @@ def test_the_flag_decides_what_hangs_upside_down(tmp_path: Path, roll: list[floa
     assert corrections.odometry_factors == ((1.0, 1.0, 1.0) if roll else (1.0, -1.0, -1.0))
 
 
-@pytest.mark.parametrize(
-    ("factors", "read_as"), [((1, 1, -1), (1.0, 1.0, -1.0)), ((1, -1, -1), (1.0, -1.0, -1.0))]
-)
-def test_wheels_with_wrong_signs(
-    tmp_path: Path, factors: tuple[int, ...], read_as: tuple[float, ...]
-) -> None:
-    recording = Recording().multiply(*factors)
-    recording.told = IDENTITY
-    corrections, _ = corrections_of(recording, tmp_path)
-    assert corrections.odometry_factors == read_as
-    assert only_finding(corrections) == "signs_changed"
-
-
-@pytest.mark.parametrize("seconds", [-2.5, 0.9])
-def test_a_clock_that_is_off(tmp_path: Path, seconds: float) -> None:
-    late = round(seconds * 1e9)
-    recording = Recording().change_odometry(
-        lambda sample: replace(sample, stamp=sample.stamp + 10**10 + late)
-    )
-    recording.scans = [replace(scan, stamp=scan.stamp + 10**10) for scan in recording.scans]
-    corrections, _ = corrections_of(recording, tmp_path)
-    assert corrections.odometry_shift * 1e-9 == pytest.approx(-seconds, abs=0.05)
-    assert only_finding(corrections) == "clocks_apart"
-    assert corrections.findings[0].numbers["seconds"] == pytest.approx(abs(seconds), abs=0.05)
-
-
-def test_odometry_in_degrees(tmp_path: Path) -> None:
-    corrections, _ = corrections_of(Recording().multiply(1.0, 1.0, float(np.degrees(1.0))), tmp_path)
-    assert not corrections.uses_odometry
-    assert only_finding(corrections) == "odometry_impossible"
-
-
-def test_wheels_without_turns_are_not_used_where_nothing_else_has_them(tmp_path: Path) -> None:
-    recording = Recording().multiply(1.0, 1.0, 0.0)
-    corrections, _ = corrections_of(recording, tmp_path)
-    assert not corrections.uses_odometry
-    assert only_finding(corrections) == "odometry_without_turns"
-
-
-def test_odometry_that_is_stuck(tmp_path: Path) -> None:
-    corrections, reader = corrections_of(Recording().multiply(0.0, 0.0, 0.0), tmp_path)
-    assert not corrections.uses_odometry and reader.odom_topic is None
-    assert only_finding(corrections) == "odometry_stuck"
-
-
 def test_odometry_that_is_not_used_is_not_said_to_be_missing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    corrections, reader = corrections_of(Recording().multiply(0.0, 0.0, 0.0), tmp_path)
-    assert only_finding(corrections) == "odometry_stuck"
+    _, reader = corrections_of(Recording().multiply(0.0, 0.0, 0.0), tmp_path)
     assert reader.tells_of_no_odometry  # so that nobody adds that there was none
     assert run(["check", str(tmp_path / "bag"), "--json", str(tmp_path / "check.json")]) == 0
     assert "on /odom, not used" in capsys.readouterr().out
@@ -294,68 +314,31 @@ def test_odometry_that_is_not_used_is_not_said_to_be_missing(
 
 
 def test_without_odometry_and_beam_times_nothing_is_asked(tmp_path: Path) -> None:
-    recording = Recording()
-    recording.odometry = []
-    recording.scans = [replace(scan, time_offsets=0.0 * scan.time_offsets) for scan in recording.scans]
+    recording = Recording().without_odometry()
+    recording.change_scans(lambda scan: replace(scan, time_offsets=0.0 * scan.time_offsets))
     with BagReader(recording.write(tmp_path / "bag")) as reader:
         calibrate(reader, quiet=True)
         assert reader.messages_read < 100
         assert reader._corrections.inputs == {}
 
 
-def told_half(recording: Recording) -> Recording:
-    """Whose beams, of a whole turn, are stated to lie over half of it."""
-    recording.scans = [
-        replace(scan, bearings=-np.pi + 0.5 * (scan.bearings + np.pi)) for scan in recording.scans
-    ]
-    return recording
-
-
-def test_beams_over_twice_the_angle_that_is_stated(tmp_path: Path) -> None:
-    corrections, _ = corrections_of(told_half(Recording()), tmp_path)
-    assert corrections.bearing_factor == pytest.approx(2.0, abs=1e-6)
-    assert only_finding(corrections) == "bearings_scaled"
+def test_beams_over_twice_the_angle_that_is_stated_are_read_so(tmp_path: Path) -> None:
+    corrections, _ = corrections_of(told_half(), tmp_path)
     scan = next(item for item in reader_items(tmp_path, corrections) if isinstance(item, Scan))
     assert np.diff(scan.bearings) == pytest.approx(2.0 * np.pi / 240, rel=1e-3) and len(scan.bearings) == 240
-
-
-def test_without_wheels_walls_that_are_bent_are_told_only(tmp_path: Path) -> None:
-    recording = told_half(Recording())
-    recording.odometry = []
-    corrections, _ = corrections_of(recording, tmp_path)
-    assert corrections.bearing_factor == 1.0
-    assert only_finding(corrections) == "bearings_doubtful" and corrections.findings[0].spoils_map
-
-
-def turning(factor: float, lag: float) -> list[YawRate]:
-    """The drive's gyroscope, stamped so late."""
-    rates = np.gradient(DRIVE[:, 2], STEP)
-    return [
-        YawRate(round((STEP * index + lag) * 1e9), float(factor * rates[index]))
-        for index in range(0, round(SECONDS / STEP), 2)
-    ]
-
-
-@pytest.mark.parametrize("has_wheels", [True, False])
-def test_a_gyroscope_that_is_late_is_read_in_time(tmp_path: Path, has_wheels: bool) -> None:
-    recording = Recording()
-    recording.yaw_rates = turning(1.0, 0.3)
-    if not has_wheels:
-        recording.odometry = []
-    corrections, _ = corrections_of(recording, tmp_path)
-    assert corrections.yaw_rate_shift * 1e-9 == pytest.approx(-0.3, abs=0.03)
-    assert only_finding(corrections) == "imu_lags"
 
 
 @pytest.mark.parametrize(("factor", "told"), [(1.0, None), (-1.0, "other side"), (57.3, "reports degrees")])
 def test_who_only_checks_hears_of_the_gyroscope_what_a_mapper_finds(
     tmp_path: Path, factor: float, told: str | None
 ) -> None:
-    recording = Recording()
-    recording.yaw_rates = turning(factor, 0.0)
-    assert [told in finding.what for finding in foreseen_in(recording, tmp_path) if told] == [True] * bool(
-        told
-    )
+    recording = Recording().with_gyroscope(factor)
+    found = [
+        (each.name, told in each.numbers["contradiction"])
+        for each in foreseen_in(recording, tmp_path)
+        if told
+    ]
+    assert found == [("gyroscope_contradicts", True)] * (told is not None)
 
 
 def foreseen_in(recording: Recording, folder: Path) -> list[Finding]:

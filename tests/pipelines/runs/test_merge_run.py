@@ -17,7 +17,7 @@ from racecar.pipelines.files.run_report import Inputs
 from racecar.pipelines.files.session_file import save_session
 from racecar.pipelines.runs.merge_run import draw_merged, merge_runs
 from racecar.pipelines.runs.source_recording import SourceRecording
-from tests.mapping.ring_drives import RING, path, session
+from tests.mapping.sessions import RING, path, session
 from tests.sensors.worlds import box
 
 FRAMES = {"whole": IDENTITY, "part": np.array([40.0, -25.0, 2.5]), "other": IDENTITY}

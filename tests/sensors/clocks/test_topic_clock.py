@@ -1,5 +1,6 @@
 """Stamps go on steadily whatever is done to the car's clocks."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -49,124 +50,25 @@ def pair() -> tuple[TopicClock, TopicClock, Reports, Reports]:
     return scans, odometry, of_scans, of_odometry
 
 
-def test_stamps_of_a_clock_that_is_left_alone_are_its_own() -> None:
-    topic, reports = clock()
-    headers = [WALL + i * PERIOD for i in range(100)]
-    assert [topic.steady(header, i * PERIOD) for i, header in enumerate(headers)] == headers
-    assert reports == Reports()
+Message = tuple[int, int, int | None]
+"""A header, its arrival, and the stamp that is right."""
 
 
-@given(st.integers(-(10**5), 10**5).filter(lambda seconds: seconds > 3 or seconds < -2))
-def test_a_jump_costs_one_message_and_leaves_no_gap(seconds: int) -> None:
-    topic, reports = clock()
-    for i in range(10):
-        topic.steady(WALL + i * PERIOD, i * PERIOD)
-    after = [topic.steady(WALL + i * PERIOD + seconds * SECOND, i * PERIOD) for i in range(10, 20)]
-    assert after == [None, *(WALL + i * PERIOD for i in range(11, 20))]
-    assert [round(jump) for jump in reports.jumps] == [seconds]
+def shifted(count: int, shift: Callable[[int], float]) -> list[Message]:
+    """Of a clock that is off by some seconds at each message."""
+    times = [i * PERIOD for i in range(count)]
+    return [(WALL + time + round(shift(i) * SECOND), time, WALL + time) for i, time in enumerate(times)]
 
 
-def test_two_topics_agree_on_a_jump_to_the_nanosecond() -> None:
-    scans, odometry, _, _ = pair()
-    late = 3_000_000
-    for i in range(5):
-        scans.steady(WALL + i * PERIOD, i * PERIOD + late * (i % 2))
-        odometry.steady(WALL + i * PERIOD, i * PERIOD)
-    back = 10 * SECOND
-    for i in range(5, 8):
-        scan = scans.steady(WALL + i * PERIOD - back, i * PERIOD + late * (i % 3))
-        sample = odometry.steady(WALL + i * PERIOD - back, i * PERIOD)
-    assert scan == sample
-
-
-@given(st.integers(0, 900))
-def test_topics_agree_on_a_jump_although_one_waited_on_a_busy_machine(milliseconds: int) -> None:
-    scans, odometry, _, _ = pair()
-    back, late = 10 * SECOND, 1_000_000 * milliseconds
-    for i in range(10):
-        header = WALL + i * PERIOD - back * (i >= 5)
-        scan = scans.steady(header, i * PERIOD + late * (i >= 5))
-        sample = odometry.steady(header, i * PERIOD)
-    assert scan == sample
-
-
-def test_a_clock_that_is_set_back_and_forth_ends_where_it_was() -> None:
-    topic, _ = clock()
-    shift = 0
-    for i in range(60):
-        if i in (20, 40):
-            shift += 3600 * SECOND if i == 20 else -3600 * SECOND
-        steady = topic.steady(WALL + i * PERIOD + shift, i * PERIOD)
-    assert steady == WALL + 59 * PERIOD
-
-
-def test_one_stray_stamp_is_left_out() -> None:
-    topic, reports = clock()
-    topic.steady(WALL, 0)
-    assert topic.steady(WALL + 10**6 * SECOND, PERIOD) is None
-    assert topic.steady(WALL + 2 * PERIOD, 2 * PERIOD) == WALL + 2 * PERIOD
-    assert reports == Reports(astray=1)
-
-
-def test_messages_that_waited_for_a_busy_node_are_no_jump() -> None:
-    topic, reports = clock()
-    topic.steady(WALL, 0)
-    steady = [topic.steady(WALL + i * PERIOD, 20 * SECOND) for i in range(1, 50)]
-    assert steady == [WALL + i * PERIOD for i in range(1, 50)]
-    assert reports == Reports()
-
-
-@pytest.mark.parametrize("speed", [0.05, 5.0, 20.0])
-def test_a_bag_played_at_another_speed_is_no_jump_and_no_offset(speed: float) -> None:
-    """The slower topic once a second, as its delays seem to differ most from the other's."""
-    scans, odometry, of_scans, of_odometry = pair()
-    for i in range(500):
-        recorded = i * PERIOD
-        arrival = round(recorded / speed)
-        if i % 40 == 17:
-            assert odometry.steady(WALL + recorded, arrival) == WALL + recorded
-        else:
-            assert scans.steady(WALL + recorded, arrival) == WALL + recorded
-    assert of_scans == of_odometry == Reports()
-
-
-@pytest.mark.parametrize("speed", [1.0, 2.0, 10.0, 50.0])
-def test_a_pause_in_a_recording_that_is_played_fast_sets_no_clock(speed: float) -> None:
-    topic, reports = clock()
-    headers = [WALL + i * PERIOD + 33 * SECOND * (i >= 4000) for i in range(8000)]
-    steady = [topic.steady(header, round((header - WALL) / speed)) for header in headers]
-    assert [stamp or header for stamp, header in zip(steady, headers, strict=True)] == headers
-    assert steady.count(None) <= 1
-    assert reports == Reports()
-
-
-def test_a_player_that_falls_behind_and_catches_up_in_a_pause_sets_no_clock() -> None:
-    topic, reports = clock()
-    arrival, header = 0, WALL
-    for pace, seconds in ((10, 20), (4, 40), (10, 20)):
-        for _ in range(seconds * SECOND // PERIOD):
-            arrival, header = arrival + PERIOD // pace, header + PERIOD
-            assert topic.steady(header, arrival) in (header, None)
-        arrival, header = arrival + SECOND // 10, header + 31 * SECOND
-    assert reports == Reports()
-
-
-def test_a_bag_that_is_played_fast_and_begun_anew_is_said_to_jump_back() -> None:
-    topic, reports = clock()
-    for i in range(4000):
-        topic.steady(WALL + (i % 2000) * PERIOD, i * PERIOD // 10)
-    assert [round(jump) for jump in reports.jumps] == [-50]
-
-
-def test_a_clock_that_is_set_is_noticed_after_a_bag_was_played_fast() -> None:
-    topic, reports = clock()
-    header, arrival = WALL, 0
-    for pace, shift in ((10, 0), (1, 0), (1, 60 * SECOND)):
-        header += shift
-        for _ in range(200):
+def played(*parts: tuple[int, int, int, float]) -> list[Message]:
+    """Each part at a pace, so many messages, after seconds that the recording and the player paused."""
+    header, arrival, messages = WALL, 0, []
+    for pace, count, later, waited in parts:
+        header, arrival = header + later * SECOND, arrival + round(waited * SECOND)
+        for _ in range(count):
             header, arrival = header + PERIOD, arrival + PERIOD // pace
-            topic.steady(header, arrival)
-    assert [round(jump) for jump in reports.jumps] == [60]
+            messages.append((header, arrival, header))
+    return messages
 
 
 def received(
@@ -183,6 +85,97 @@ def received(
     waited = [(header, end) for header, arrival in sent if begin < arrival < end]
     kept = [each for i, each in enumerate(waited) if i < first or i >= len(waited) - newest]
     return before + kept + [each for each in sent if each[1] >= end]
+
+
+def later(messages: list[Message], after: int) -> list[Message]:
+    """Of a clock that is set by a minute after an arrival."""
+    return [(header + 60 * SECOND * (at > after), at, right) for header, at, right in messages]
+
+
+ALONE = shifted(100, lambda _: 0.0)
+STRAY = {1: 300, 3: 600, 4: 900}
+PAUSES = [(f"a pause, played {pace} x", pace) for pace in (1, 2, 10, 50)]
+SINGLE_CLOCKS: list[tuple[str, list[Message], list[int], int, int]] = [
+    ("left alone", ALONE, [], 0, 0),
+    ("set back and forth", shifted(60, lambda i: 3600.0 * (20 <= i < 40)), [3600, -3600], 0, 0),
+    ("set twice at once", shifted(80, lambda i: 5.0 * (i >= 40) + 7.0 * (i >= 44)), [5, 7], 0, 0),
+    ("stray stamps", shifted(6, lambda i: 3600.0 * STRAY.get(i, 0)), [], 3, 0),
+    (
+        "a busy node",
+        [(header, min(arrival * 800, 20 * SECOND), header) for header, arrival, _ in ALONE],
+        [],
+        0,
+        0,
+    ),
+    ("sent often", [(h, at + k * 100_000, h) for h, at, _ in ALONE for k in range(20)], [], 0, 0),
+    *((name, played((pace, 4000, 0, 0.0), (pace, 4000, 33, 33 / pace)), [], 0, 1) for name, pace in PAUSES),
+    ("a slow player", played((10, 800, 0, 0.0), (4, 1600, 31, 0.1), (10, 800, 31, 0.1)), [], 0, 2),
+    ("played again", [(WALL + i % 2000 * PERIOD, i * PERIOD // 10, None) for i in range(4000)], [-50], 0, 0),
+    ("set after play", later(played((10, 200, 0, 0.0), (1, 400, 0, 0.0)), 6 * SECOND), [60], 0, 0),
+    *(
+        (
+            "set after a loss",
+            later([(h, at, h) for h, at in received(1.0, PERIOD, 3.0, 5.0, first, 40)], 9 * SECOND),
+            [60],
+            0,
+            0,
+        )
+        for first in (0, 1)
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("messages", "jumps", "astray", "pauses"),
+    [each[1:] for each in SINGLE_CLOCKS],
+    ids=[each[0] for each in SINGLE_CLOCKS],
+)
+def test_stamps_go_on_steadily_and_what_was_done_to_the_clock_is_reported(
+    messages: list[Message], jumps: list[int], astray: int, pauses: int
+) -> None:
+    """A jump costs one message, a stray stamp itself, and a pause in what is played fast one at most."""
+    (topic, reports), left_out = clock(), 0
+    for header, arrival, right in messages:
+        steady = topic.steady(header, arrival)
+        assert steady in (right, None) or right is None
+        left_out += steady is None
+    assert [round(jump) for jump in reports.jumps] == jumps
+    assert reports == Reports(jumps=reports.jumps, astray=astray)
+    assert 0 <= left_out - len(jumps) - astray <= pauses
+
+
+@given(st.integers(-(10**5), 10**5).filter(lambda seconds: seconds > 3 or seconds < -2))
+def test_a_jump_costs_one_message_and_leaves_no_gap(seconds: int) -> None:
+    topic, reports = clock()
+    messages = shifted(20, lambda i: float(seconds * (i >= 10)))
+    steady = [topic.steady(header, arrival) for header, arrival, _ in messages]
+    assert steady == [None if i == 10 else right for i, (_, _, right) in enumerate(messages)]
+    assert [round(jump) for jump in reports.jumps] == [seconds]
+
+
+@given(st.integers(0, 900), st.integers(0, 3))
+def test_topics_agree_on_a_jump_although_one_waited_on_a_busy_machine(waited: int, jitter: int) -> None:
+    """To the nanosecond, after some milliseconds."""
+    scans, odometry, _, _ = pair()
+    for i in range(10):
+        header = WALL + i * PERIOD - 10 * SECOND * (i >= 5)
+        scan = scans.steady(header, i * PERIOD + 1_000_000 * (waited * (i >= 5) + jitter * (i % 3)))
+        sample = odometry.steady(header, i * PERIOD)
+    assert scan == sample
+
+
+@pytest.mark.parametrize("speed", [0.05, 5.0, 20.0])
+def test_a_bag_played_at_another_speed_is_no_jump_and_no_offset(speed: float) -> None:
+    """The slower topic once a second, as its delays seem to differ most from the other's."""
+    scans, odometry, of_scans, of_odometry = pair()
+    for i in range(500):
+        recorded = i * PERIOD
+        arrival = round(recorded / speed)
+        if i % 40 == 17:
+            assert odometry.steady(WALL + recorded, arrival) == WALL + recorded
+        else:
+            assert scans.steady(WALL + recorded, arrival) == WALL + recorded
+    assert of_scans == of_odometry == Reports()
 
 
 @pytest.mark.parametrize("lost", [("scans",), ("odometry",), ("scans", "odometry")])
@@ -214,32 +207,6 @@ def test_messages_lost_by_a_busy_node_set_no_clock(
         left_out += steady is None
     assert left_out <= 2
     assert of_scans == of_odometry == Reports()
-
-
-@pytest.mark.parametrize("first", [0, 1])
-def test_a_clock_that_is_set_is_noticed_after_messages_were_lost(first: int) -> None:
-    topic, reports = clock()
-    for header, arrival in received(1.0, PERIOD, 3.0, 5.0, first, 40):
-        topic.steady(header + 60 * SECOND * (arrival > 9 * SECOND), arrival)
-    assert [round(jump) for jump in reports.jumps] == [60]
-    assert reports.astray == 0
-
-
-def test_a_clock_that_is_set_twice_within_a_tenth_of_a_second_is_noticed_twice() -> None:
-    topic, reports = clock()
-    for i in range(80):
-        set_by = 5 * SECOND * (i >= 40) + 7 * SECOND * (i >= 44)
-        assert topic.steady(WALL + i * PERIOD + set_by, i * PERIOD) in (WALL + i * PERIOD, None)
-    assert [round(jump) for jump in reports.jumps] == [5, 7]
-    assert reports.astray == 0
-
-
-def test_every_stray_stamp_is_reported_when_the_next_one_shows_it() -> None:
-    topic, reports = clock()
-    for i, hours in enumerate([0, 300, 0, 600, 900, 0]):
-        stray = hours * 3600 * SECOND
-        assert (topic.steady(WALL + i * PERIOD + stray, i * PERIOD) is None) == (hours > 0)
-    assert reports == Reports(astray=3)
 
 
 def test_a_bag_that_was_paused_while_it_was_played_is_no_fault() -> None:
@@ -295,14 +262,6 @@ def test_stamps_of_whole_seconds_and_counters_show_no_time(resolution: int) -> N
     assert steady[80:] == pytest.approx([steady[0] + i * PERIOD for i in range(80, 400)], abs=SECOND)
     assert min(b - a for a, b in pairwise(steady[80:])) > 0.9 * PERIOD
     assert reports.still == [True]
-
-
-def test_a_message_that_is_sent_many_times_is_no_clock_that_stands_still() -> None:
-    topic, reports = clock()
-    for i in range(100):
-        for k in range(20):
-            assert topic.steady(WALL + i * PERIOD, i * PERIOD + k * 100_000) == WALL + i * PERIOD
-    assert reports == Reports()
 
 
 @pytest.mark.parametrize("seconds", [-5.0, -3.0, -0.7, 0.7, 3.0, 5.0, 1.6e9])

@@ -12,7 +12,7 @@ from racecar.sensors.fixed_returns.fixed_returns import FixedReturns
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
-from tests.sensors.self_calibration.moving_laser import (
+from tests.sensors.drives import (
     STEP,
     Laser,
     odometry_of,
@@ -78,20 +78,15 @@ def test_a_drive_through_a_room_comes_back_as_it_was(scans: list[Scan]) -> None:
     assert fixed_returns.left_out.returns == 0
 
 
-@pytest.mark.parametrize("wheels", [DRIVE, STANDING])
+@pytest.mark.parametrize("wheels", [DRIVE, STANDING, None])
 def test_who_carries_the_robot_is_left_out_whether_the_wheels_know_of_it_or_not(
-    scans: list[Scan], wheels: Pose
+    scans: list[Scan], wheels: Pose | None
 ) -> None:
     is_body = np.abs(scans[0].bearings) > np.pi / 2.0
-    masks = left_out(measured(with_thing(scans, is_body, 0.3), wheels))
+    carried = with_thing(scans, is_body, 0.3)
+    masks = left_out(list(carried) if wheels is None else measured(carried, wheels))
     assert np.mean([mask[is_body].mean() for mask in masks]) > 0.95
     assert np.mean([mask[~is_body].mean() for mask in masks]) < 0.01
-
-
-def test_so_is_he_without_odometry(scans: list[Scan]) -> None:
-    is_body = np.abs(scans[0].bearings) > np.pi / 2.0
-    masks = left_out(list(with_thing(scans, is_body, 0.3)))
-    assert np.mean([mask[is_body].mean() for mask in masks]) > 0.95
 
 
 def test_the_floor_is_left_out_where_it_hides_the_walls() -> None:

@@ -45,22 +45,18 @@ def test_finds_a_moved_copy_and_no_rival() -> None:
     assert fit.runner_up == 0.0
 
 
-def test_tells_of_a_rival_along_a_corridor() -> None:
+@pytest.mark.parametrize(
+    ("apart", "share", "has_rival"), [(None, (0.85,), True), (None, (), False), ((80, 13), (0.85,), False)]
+)
+def test_along_a_corridor_there_is_a_rival_if_it_is_asked_for_and_far_enough_off(
+    apart: tuple[int, int] | None, share: tuple[float], has_rival: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if apart is not None:
+        monkeypatch.setattr(correlative_search, "_APART", apart)
     x = np.arange(-10, 10, 0.1)
     walls = np.concatenate([np.column_stack([x, np.full_like(x, y)]) for y in (-1.0, 1.0)])
-    fit = search(LikelihoodPyramid(walls, 20.0), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5, 0.85)
-    assert fit is not None
-    assert fit.runner_up > 0.85
-    alone = search(LikelihoodPyramid(walls, 20.0), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5)
-    assert alone is not None
-    assert alone.runner_up == 0.0
+    asked = LikelihoodPyramid(walls, 20.0), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5
+    fit, alone = search(*asked, *share), search(*asked)
+    assert fit is not None and alone is not None
+    assert fit.runner_up > 0.85 if has_rival else fit.runner_up == 0.0
     assert np.array_equal(alone.pose, fit.pose)
-
-
-def test_what_is_not_far_enough_from_the_best_place_is_no_rival(monkeypatch: pytest.MonkeyPatch) -> None:
-    x = np.arange(-10, 10, 0.1)
-    walls = np.concatenate([np.column_stack([x, np.full_like(x, y)]) for y in (-1.0, 1.0)])
-    monkeypatch.setattr(correlative_search, "_APART", (80, 13))
-    fit = search(LikelihoodPyramid(walls, 20.0), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5, 0.85)
-    assert fit is not None
-    assert fit.runner_up == 0.0

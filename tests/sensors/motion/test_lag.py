@@ -1,6 +1,7 @@
 """The lag of odometry is learned from turns, and none is made up."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -41,16 +42,13 @@ def test_the_lag_is_learned_from_turns(size: float, sign: float, wheel_scale: fl
     assert abs(drive(40.0, sign * size, wheel_scale).nanoseconds * 1e-9 - sign * size) < 0.025
 
 
-def test_noisy_wheels_have_no_lag() -> None:
-    assert drive(40.0, 0.2, wheel_noise=0.3).nanoseconds == 0
-
-
-def test_wheels_that_agree_have_no_lag() -> None:
-    assert drive(40.0, 0.0, wheel_noise=0.002).nanoseconds == 0
-
-
-def test_a_car_that_hardly_turned_is_not_judged() -> None:
-    assert drive(0.6, 0.2).nanoseconds == 0
+@pytest.mark.parametrize(
+    ("seconds", "late", "noise"),
+    [(40.0, 0.2, 0.3), (40.0, 0.0, 0.002), (0.6, 0.2, 0.0)],
+    ids=["noisy wheels", "wheels that agree", "hardly a turn"],
+)
+def test_no_lag_is_made_up(seconds: float, late: float, noise: float) -> None:
+    assert drive(seconds, late, wheel_noise=noise).nanoseconds == 0
 
 
 def test_samples_far_apart_show_no_short_lag() -> None:
@@ -79,21 +77,24 @@ def bump(seconds: np.ndarray) -> np.ndarray:
     return np.asarray(np.exp(-((seconds / 0.3) ** 2)))
 
 
-def test_turns_that_agree_show_a_lag_and_one_turn_among_others_does_not() -> None:
-    assert abs(learned_from([(2.0, 0.14)] * 5).nanoseconds * 1e-9 - 0.14) < 0.01
-    assert learned_from([(2.0, 0.0)] * 4 + [(2.0, 0.14)]).nanoseconds == 0
-    assert learned_from([(2.0, 0.3), (2.0, -0.3)] * 3).nanoseconds == 0
+@pytest.mark.parametrize(
+    ("turns", "lag"),
+    [
+        ([(2.0, 0.14)] * 5, 0.14),
+        ([(2.0, 0.4)] * 5, 0.4),
+        ([(2.0, 0.5)] * 5, 0.0),  # the bound of those that are tried
+        ([(2.0, 0.7)] * 5, 0.0),
+        ([(2.0, 0.0)] * 4 + [(2.0, 0.14)], 0.0),
+        ([(2.0, 0.3), (2.0, -0.3)] * 3, 0.0),
+    ],
+)
+def test_turns_that_agree_show_a_lag(turns: list[tuple[float, float]], lag: float) -> None:
+    assert learned_from(turns).nanoseconds * 1e-9 == pytest.approx(lag, abs=0.01 if lag else 0.0)
 
 
 def test_turns_by_hand_say_nothing() -> None:
     lag = learned_from([(2.0, 0.14)] * 5, wheels_turn=False)
     assert lag.nanoseconds == 0 and not lag.known.is_settled
-
-
-def test_a_lag_at_the_bound_of_those_tried_or_beyond_is_not_known() -> None:
-    assert learned_from([(2.0, 0.4)] * 5).nanoseconds > 0
-    assert learned_from([(2.0, 0.5)] * 5).nanoseconds == 0
-    assert learned_from([(2.0, 0.7)] * 5).nanoseconds == 0
 
 
 def test_a_lag_that_was_known_holds_until_many_turns_show_none() -> None:

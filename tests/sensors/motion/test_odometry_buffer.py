@@ -1,4 +1,5 @@
-"""Odometry at any stamp: between its samples, and past the last one."""
+"""Odometry at any stamp: between its samples and past the last one; where it repeats a pose, and where it
+begins anew."""
 
 from itertools import pairwise
 
@@ -7,9 +8,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, interpolate, wrap_angle
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, interpolate
+from racecar.sensors.motion.frozen_odometry import FrozenOdometry
 from racecar.sensors.motion.odometry_buffer import Extrapolation, OdometryBuffer
-from racecar.sensors.odometry import Odometry
+from racecar.sensors.odometry import Odometry, is_jump
 
 MILLISECOND = 1_000_000
 GO_ON = Extrapolation(longest=100 * MILLISECOND, speed_over=0, widest_gap=500 * MILLISECOND)
@@ -34,11 +36,12 @@ def walk(steps: list[tuple[int, float, float, float]]) -> tuple[list[int], Pose]
 
 
 def assert_same_poses(told: Pose, expected: Pose) -> None:
-    np.testing.assert_allclose(between(expected, told), 0.0, atol=1e-9)
+    np.testing.assert_allclose(between(expected, told), 0.0, atol=1e-12)
 
 
 @settings(max_examples=80)
 @given(st.lists(steps, min_size=1, max_size=30), st.floats(0.0, 1.0))
+@example([(10, 0.0, 0.0, 0.05), (10, 0.0, 0.0, 0.1419656404655902), (10, 0.0, 0.0, 0.0)], 1.0)
 def test_between_samples_it_is_interpolated(
     taken: list[tuple[int, float, float, float]], share: float
 ) -> None:
@@ -100,6 +103,7 @@ def test_samples_that_come_late_change_nothing(
 def test_while_empty_it_tells_nothing() -> None:
     buffer = OdometryBuffer(extrapolation=GO_ON)
     assert buffer.latest_stamp is None
+    assert not buffer.covers(0)
     with pytest.raises(LookupError):
         buffer.pose_at([0])
 
@@ -114,11 +118,6 @@ def test_a_day_of_samples_keeps_the_latest_ones() -> None:
     told = buffer.pose_at(latest - back * MILLISECOND)
     np.testing.assert_allclose(told[:, 0], 299.99 - 0.01 * back / 20, atol=1e-9)
     assert told[0, 0] > buffer.pose_at([0])[0, 0] > 0.0
-
-
-def test_the_heading_goes_the_short_way_round() -> None:
-    buffer = buffer_of([0, 20 * MILLISECOND], np.array([[0.0, 0.0, 3.1], [0.0, 0.0, -3.1]]))
-    assert abs(buffer.pose_at([10 * MILLISECOND])[0, 2]) == pytest.approx(np.pi)
 
 
 def test_a_buffer_tells_a_jump_from_samples_that_come_late() -> None:
@@ -138,14 +137,19 @@ def steady_drive(lag: int) -> OdometryBuffer:
     return buffer
 
 
-def test_late_samples_tell_of_earlier_times_and_are_carried_on_for_as_long() -> None:
-    stamps = np.array([100, 330, 380, 10_000]) * MILLISECOND
-    assert steady_drive(50).pose_at(stamps)[:, 0] == pytest.approx([0.15, 0.38, 0.43, 0.43])
-
-
-def test_early_samples_tell_of_later_times() -> None:
-    stamps = np.array([100, 400, 10_000]) * MILLISECOND
-    assert steady_drive(-50).pose_at(stamps)[:, 0] == pytest.approx([0.05, 0.35, 0.38])
+@pytest.mark.parametrize(
+    ("lag", "stamps", "x"),
+    [(50, [100, 330, 380, 10_000], [0.15, 0.38, 0.43, 0.43]), (-50, [100, 400, 10_000], [0.05, 0.35, 0.38])],
+)
+def test_late_samples_tell_of_earlier_times_and_early_ones_of_later(
+    lag: int, stamps: list[int], x: list[float]
+) -> None:
+    """They are carried on for as long as they are late, also by a lag that is learned later."""
+    learned = steady_drive(0)
+    assert learned.pose_at(430 * MILLISECOND)[0] == pytest.approx(0.38)
+    learned.lag = lag * MILLISECOND
+    for buffer in (steady_drive(lag), learned):
+        assert buffer.pose_at(np.array(stamps) * MILLISECOND)[:, 0] == pytest.approx(x)
 
 
 @pytest.mark.parametrize(
@@ -171,27 +175,6 @@ def test_near_its_samples_a_buffer_tells_where_the_car_was(at: int, lag: int, is
     assert buffer.covers(at * MILLISECOND) == is_told
 
 
-def test_an_empty_buffer_tells_nothing() -> None:
-    assert not OdometryBuffer().covers(0)
-
-
-@settings(max_examples=60)
-@given(st.lists(steps, min_size=2, max_size=20), st.floats(0.0, 1.0))
-@example([(10, 0.0, 0.0, 0.05), (10, 0.0, 0.0, 0.1419656404655902), (10, 0.0, 0.0, 0.0)], 1.0)
-def test_poses_are_those_of_interpolate(taken: list[tuple[int, float, float, float]], share: float) -> None:
-    stamps, poses = walk(taken)
-    wanted = np.array([first + int(share * (last - first)) for first, last in pairwise(stamps)])
-    shares = (wanted - stamps[:-1]) / np.diff(stamps)
-    buffer = OdometryBuffer()
-    for stamp, pose in zip(stamps, poses, strict=True):
-        buffer.add(Odometry(stamp, pose, IDENTITY))
-    expected = interpolate(poses[:-1], poses[1:], shares)
-    is_before_last = wanted < stamps[-1]
-    missed = (buffer.pose_at(wanted) - expected)[is_before_last]
-    missed[:, 2] = wrap_angle(missed[:, 2])
-    np.testing.assert_allclose(missed, 0.0, atol=1e-12)
-
-
 def test_stamps_of_any_shape_are_answered_in_that_shape() -> None:
     buffer, stamps = steady_drive(0), np.arange(6).reshape(2, 3) * 50 * MILLISECOND
     assert buffer.pose_at(stamps).shape == (2, 3, 3)
@@ -209,13 +192,6 @@ def test_only_the_latest_samples_are_kept() -> None:
         assert len(buffer) == len(kept)
 
 
-def test_a_lag_that_is_learned_counts_at_once() -> None:
-    buffer = steady_drive(0)
-    assert buffer.pose_at(430 * MILLISECOND)[0] == pytest.approx(0.38)
-    buffer.lag = 50 * MILLISECOND
-    assert buffer.pose_at(430 * MILLISECOND)[0] == pytest.approx(0.43)
-
-
 def test_a_pose_that_is_repeated_is_told_from_one_that_comes_again() -> None:
     stamps = [20 * MILLISECOND * k for k in range(8)]
     here, there = np.zeros(3), np.array([1e-9, 0.0, 0.0])
@@ -226,3 +202,72 @@ def test_a_pose_that_is_repeated_is_told_from_one_that_comes_again() -> None:
     assert buffer.repeats_since(stamps[3]) is None
     assert buffer.repeats_since(stamps[3], heading_only=True) == stamps[0]
     assert buffer.repeats_since(stamps[7] + 1_000 * MILLISECOND) is None  # nobody knows by then
+
+
+SECOND = 1_000_000_000
+POSE = np.array([1.0, 2.0, 0.5])
+START = 100 * SECOND
+
+
+def frozen(moved: float) -> FrozenOdometry:
+    """From second 5 to second 7."""
+    odometry = FrozenOdometry()
+    odometry.freeze(START + 5 * SECOND, POSE)
+    for second in (6, 7):
+        odometry.follow(START + second * SECOND, np.array([0.5 * moved, 0.0, 0.0]))
+    return odometry
+
+
+def test_it_lasts_until_the_pose_changes() -> None:
+    odometry = frozen(1.0)
+    assert not odometry.thaws_with(Odometry(START + 8 * SECOND, POSE.copy(), IDENTITY))
+    assert odometry.is_frozen_at(START + 20 * SECOND)
+    assert odometry.thaws_with(Odometry(START + 9 * SECOND, POSE + 1e-9, IDENTITY))
+    assert odometry.is_frozen_at(START + 9 * SECOND - 1)  # scans may come after odometry of their sweep's end
+    assert not odometry.is_frozen_at(START + 9 * SECOND)
+    odometry.follow(START + 10 * SECOND, np.array([1.0, 0.0, 0.0]))  # not part of it any more
+    assert "5.0 to 9.0 s" in str(odometry.warning(START))
+
+
+def test_what_is_not_frozen_may_go_on() -> None:
+    odometry = FrozenOdometry()
+    odometry.freeze(START, np.array([np.nan, np.nan, 0.5]))
+    assert not odometry.thaws_with(Odometry(START + SECOND, np.array([1.0, 2.0, 0.5]), IDENTITY))
+    assert odometry.is_frozen_at(START + SECOND)
+    assert odometry.thaws_with(Odometry(START + SECOND, np.array([1.0, 2.0, 0.6]), IDENTITY))
+
+
+@pytest.mark.parametrize(("moved", "is_told"), [(0.3, False), (2.0, True)])
+def test_only_what_a_stop_cannot_explain_is_told(moved: float, is_told: bool) -> None:
+    """Which is no reproach where the robot was carried."""
+    warning = frozen(moved).warning(START)
+    assert (warning is not None) == is_told
+    assert not is_told or "If the robot was carried, no action is needed" in str(warning)
+
+
+poses = st.tuples(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0), st.floats(-np.pi, np.pi)).map(np.array)
+speeds = st.tuples(st.floats(-14.0, 14.0), st.floats(-3.0, 3.0), st.floats(-15.0, 15.0)).map(np.array)
+
+
+@given(poses, speeds, st.floats(0.0, 3.0))
+def test_no_car_jumps_however_it_drives(before: np.ndarray, speed: np.ndarray, seconds: float) -> None:
+    assert not is_jump(before, compose(before, speed * seconds), seconds)
+
+
+@given(poses, speeds, st.sampled_from([0.01, 0.02, 0.04]))
+def test_messages_that_are_stamped_as_they_come_are_no_jump(
+    before: np.ndarray, speed: np.ndarray, period: float
+) -> None:
+    """In a bunch, a tenth of a millisecond apart."""
+    assert not is_jump(before, compose(before, 0.8 * speed * period), 1e-4)
+
+
+@given(poses, st.floats(-np.pi, np.pi), st.floats(1.5, 100.0))
+def test_another_origin_is_a_jump(before: np.ndarray, direction: float, metres: float) -> None:
+    away = np.array([metres * np.cos(direction), metres * np.sin(direction), 0.0])
+    assert is_jump(before, before + away, 0.02)
+
+
+@pytest.mark.parametrize("turn", [1.0, -2.0, np.pi, 2.0 * np.pi - 1.0])
+def test_a_turn_on_the_spot_within_no_time_is_a_jump(turn: float) -> None:
+    assert is_jump(IDENTITY, np.array([0.0, 0.0, turn]), 0.02)

@@ -18,17 +18,14 @@ START = np.array([-2.0, -0.5, 0.1])
 velocities = st.tuples(st.floats(-1.5, 1.5), st.floats(-0.2, 0.2), st.floats(-1.5, 1.5)).map(np.array)
 
 
-def after(velocity: Pose, seconds: float) -> Pose:
+def after(velocity: Pose, seconds: float | np.ndarray) -> Pose:
     """START, so many seconds later at a steady velocity (3,)."""
-    return compose(START, by_velocity(velocity)(np.array([seconds]))[0])
+    return compose(START, by_velocity(velocity)(np.atleast_1d(seconds)).squeeze())
 
 
 def sweep(walls: np.ndarray, velocity: Pose, seconds: float, noise: float = 0.0) -> Scan:
     """Seen beam by beam from a laser that moves."""
-    parts = 12
-    seen = np.empty(len(BEARINGS))
-    for part in np.array_split(np.arange(len(BEARINGS)), parts):
-        seen[part] = ranges(walls, after(velocity, seconds + SWEEP[part].mean()), BEARINGS[part])
+    seen = ranges(walls, after(velocity, seconds + SWEEP))
     seen += noise * np.random.default_rng(round(seconds * 1e3)).standard_normal(len(seen))
     return Scan(round(seconds * 1e9), BEARINGS, seen, SWEEP, IDENTITY, MAX_RANGE)
 

@@ -10,7 +10,7 @@ from racecar.sensors.scan import Scan
 from racecar.sensors.self_calibration.bearing_scale import BearingScale, bearing_scale
 from racecar.sensors.self_calibration.turn_agreement import TurnAgreement
 from racecar.sensors.self_calibration.wall_straightness import WallStraightness, wall_straightness
-from tests.sensors.self_calibration.moving_laser import scans_of, winding_drive
+from tests.sensors.drives import scans_of, winding_drive
 
 SCANS = scans_of(winding_drive(6.0), 6.0)
 

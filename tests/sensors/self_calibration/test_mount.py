@@ -5,10 +5,16 @@ import pytest
 
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, wrap_angle
 from racecar.sensors.scan import Scan
-from racecar.sensors.self_calibration.mount import MotionReading, read_motion
+from racecar.sensors.self_calibration.mount import MotionReading, MountEstimate, read_motion
 from racecar.sensors.self_calibration.scan_track import ScanTrack
 from racecar.sensors.self_calibration.wheel_track import WheelSigns, WheelTrack
-from tests.sensors.self_calibration.moving_laser import odometry_of, straight_drive, winding_drive
+from tests.sensors.drives import (
+    STEP,
+    odometry_of,
+    scans_of,
+    straight_drive,
+    winding_drive,
+)
 from tests.sensors.self_calibration.test_turn_agreement import track_along
 
 DRIVE = winding_drive(40.0)
@@ -56,16 +62,18 @@ def test_the_place_is_in_metres_where_the_wheels_are_in_feet() -> None:
     assert mount.as_mounted() == pytest.approx([0.25, -0.1, 0.0], abs=0.03)
 
 
-def test_a_laser_upside_down_looks_like_mirrored_wheels() -> None:
-    place = np.array([0.2, 0.1, np.pi / 2])
-    upside_down = track_of_laser(place)
-    upside_down = replace(upside_down, track_from_laser=upside_down.track_from_laser * [1.0, -1.0, -1.0])
-    reading = read(upside_down, is_inverted=True)
+@pytest.mark.parametrize("is_upside_down", [True, False])
+def test_a_laser_upside_down_looks_like_mirrored_wheels(is_upside_down: bool) -> None:
+    place, mirror = np.array([0.2, 0.1, np.pi / 2]), [1.0, -1.0, -1.0]
+    track, wheels = track_of_laser(place), WHEELS
+    if is_upside_down:
+        track = replace(track, track_from_laser=track.track_from_laser * mirror)
+        place = place * mirror
+    else:
+        wheels = WHEELS.read_as(WheelSigns.MIRRORED)
+    reading = read(track, wheels, is_inverted=True)
     assert reading.wheel_signs == WheelSigns.MIRRORED
-    assert reading.mount.base_from_laser * [1.0, -1.0, -1.0] == pytest.approx(place, abs=0.03)
-    with_mirrored_wheels = read(track_of_laser(place), WHEELS.read_as(WheelSigns.MIRRORED), is_inverted=True)
-    assert with_mirrored_wheels.wheel_signs == WheelSigns.MIRRORED
-    assert with_mirrored_wheels.mount.base_from_laser == pytest.approx(place, abs=0.03)
+    assert reading.mount.base_from_laser == pytest.approx(place, abs=0.03)
 
 
 @pytest.mark.parametrize(
@@ -112,3 +120,52 @@ def test_a_robot_that_drove_one_way_may_have_slipped_on_a_slope() -> None:
     one_way = replace(mount, one_way=0.9)
     assert one_way.yaw_error(IDENTITY) == 0.0 and one_way.leaves_open(IDENTITY)
     assert not mount.leaves_open(IDENTITY) and not one_way.leaves_open(mount.base_from_laser)
+
+
+SHORT = 20.0
+STRAIGHT = straight_drive(SHORT)
+CORRIDOR = np.array([[[-60.0, side], [60.0, side]] for side in (-1.0, 1.2)])
+
+
+def track_of(drive: Pose, **world: np.ndarray) -> ScanTrack:
+    """Of a laser on the base's origin, followed without error."""
+    scans = scans_of(drive, SHORT, **world)
+    stamps = np.array([scan.stamp for scan in scans], dtype=np.int64)
+    poses = drive[np.round(stamps * 1e-9 / STEP).astype(int)]
+    return ScanTrack(scans, stamps, poses, np.zeros(len(scans), dtype=np.int64))
+
+
+ROOM_TRACK = track_of(STRAIGHT)
+
+
+def mount_by(track: ScanTrack, by_wheels: Pose) -> MountEstimate | None:
+    reading = read_motion(track, WheelTrack.of(odometry_of(by_wheels, SHORT)), 0, is_inverted=False)
+    return None if reading is None else reading.mount
+
+
+@pytest.mark.parametrize(("factor", "is_wrong"), [(1.0, False), (1.1, False), (0.3, True), (1.3, True)])
+def test_the_path_by_wheels_for_a_metre_by_scans(factor: float, is_wrong: bool) -> None:
+    mount = mount_by(ROOM_TRACK, STRAIGHT * [factor, factor, 1.0])
+    assert mount is not None and mount.path_ratio == pytest.approx(factor, rel=0.03)
+    assert mount.has_wrong_path == is_wrong
+
+
+def test_a_bare_corridor_shows_no_distance() -> None:
+    assert mount_by(track_of(STRAIGHT, walls=CORRIDOR), 1.5 * STRAIGHT) is None
+
+
+def test_scans_that_were_followed_wrongly_show_nothing() -> None:
+    slipping = STRAIGHT.copy()
+    slipping[:, 0] = np.cumsum(
+        np.gradient(STRAIGHT[:, 0]) * (1.5 + np.sin(3.0 * np.arange(len(STRAIGHT)) * STEP))
+    )
+    mount = mount_by(ROOM_TRACK, slipping)
+    assert mount is not None and not mount.is_clear and not mount.has_wrong_path
+
+
+def test_a_laser_that_seems_to_sit_beside_its_robot_was_followed_wrongly() -> None:
+    """As in a hall of which little is seen: that far away, a turn is a way."""
+    drive = winding_drive(SHORT)
+    near, far = (mount_by(track_of(compose(drive, np.array([0.0, y, 0.0]))), drive) for y in (0.5, 3.0))
+    assert near is not None and near.is_certain
+    assert far is not None and far.base_from_laser[1] == pytest.approx(3.0, abs=0.2) and not far.is_certain

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from racecar.maps.geometry.se2 import between, wrap_angle
+from racecar.sensors.self_calibration.profile_turn import bearing_profile, turn_between
 from racecar.sensors.self_calibration.scan_track import ScanTracker, track_of
-from tests.sensors.self_calibration.moving_laser import Laser, poses_at, scans_of, winding_drive
+from tests.sensors.drives import Laser, poses_at, scans_of, winding_drive
+from tests.sensors.worlds import ROOM, points_at
 
 DRIVE = winding_drive(10.0)
 
@@ -62,3 +64,18 @@ def test_scans_that_come_more_often_are_left_out() -> None:
     taken = [tracker.add(scan) for scan in scans_of(DRIVE, 1.0, Laser(rate=40.0, sweep=0.01))]
     assert taken == [index % 3 == 0 for index in range(40)]
     assert len(tracker) == 14
+
+
+def profile(x: float, y: float, yaw: float) -> np.ndarray:
+    return bearing_profile(points_at(ROOM, np.array([x, y, yaw])))
+
+
+@pytest.mark.parametrize("turn", [-0.7, -0.2, 0.0, 0.35, 0.75])
+def test_the_turn_is_found_from_a_wrong_guess(turn: float) -> None:
+    found = turn_between(profile(0.0, 0.0, 0.3), profile(0.1, 0.05, 0.3 + turn), -turn)
+    assert found == pytest.approx(turn, abs=0.03)
+
+
+def test_a_guess_stays_that_fits_or_that_nothing_was_seen_for() -> None:
+    assert turn_between(profile(0.0, 0.0, 0.0), profile(0.0, 0.0, 0.2), 0.204) == 0.204
+    assert turn_between(bearing_profile(np.zeros((0, 2))), profile(0.0, 0.0, 0.0), 0.1) == 0.1

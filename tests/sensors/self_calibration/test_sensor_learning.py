@@ -12,7 +12,7 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 from racecar.sensors.self_calibration.learned_corrections import KnownSensors
 from racecar.sensors.self_calibration.sensor_learning import SensorLearning
-from tests.sensors.self_calibration.moving_laser import odometry_of, scans_of, winding_drive
+from tests.sensors.drives import odometry_of, scans_of, winding_drive
 
 SECONDS = 16.0
 DRIVE = winding_drive(SECONDS)

@@ -6,18 +6,16 @@ import pytest
 from racecar.sensors.scan import Scan
 from racecar.sensors.self_calibration.scan_track import track_of
 from racecar.sensors.self_calibration.sweep_order import SweepOrder, has_sweep_times, in_sweep_order
-from tests.sensors.self_calibration.moving_laser import Laser, scans_of, straight_drive, winding_drive
+from tests.sensors.drives import Laser, scans_of, straight_drive, winding_drive
 
 SECONDS = 12.0
 
 
-def order_of(scans: list[Scan]) -> SweepOrder:
+def order_of(scans: list[Scan], *, reverse: bool = False) -> SweepOrder:
+    """Also as of a driver that turns the array of ranges round and leaves the times."""
+    if reverse:
+        scans = [replace(scan, time_offsets=scan.time_offsets[::-1]) for scan in scans]
     return in_sweep_order(track_of(scans)).order
-
-
-def turned_round(scans: list[Scan]) -> list[Scan]:
-    """As of a driver that turns the array of ranges round and leaves the times."""
-    return [replace(scan, time_offsets=scan.time_offsets.max() - scan.time_offsets) for scan in scans]
 
 
 @pytest.fixture(scope="module")
@@ -25,34 +23,26 @@ def scans() -> list[Scan]:
     return scans_of(winding_drive(SECONDS), SECONDS)
 
 
-def test_beams_as_recorded(scans: list[Scan]) -> None:
-    assert order_of(scans) == SweepOrder.AS_RECORDED
-
-
-def test_beams_in_the_opposite_order(scans: list[Scan]) -> None:
-    assert order_of(turned_round(scans)) == SweepOrder.REVERSED
-
-
-def test_negative_times_are_as_good_as_positive_ones(scans: list[Scan]) -> None:
-    negative = [
-        replace(
-            scan,
-            stamp=scan.stamp + round(scan.time_offsets[-1] * 1e9),
-            time_offsets=scan.time_offsets - scan.time_offsets[-1],
-        )
+def ending_at_stamps(scans: list[Scan]) -> list[Scan]:
+    """With negative times."""
+    return [
+        replace(scan, stamp=scan.stamp + round(last * 1e9), time_offsets=scan.time_offsets - last)
         for scan in scans
+        for last in scan.time_offsets[-1:]
     ]
-    assert order_of(negative) == SweepOrder.AS_RECORDED
-    assert (
-        order_of([replace(scan, time_offsets=scan.time_offsets[::-1]) for scan in negative])
-        == SweepOrder.REVERSED
-    )
 
 
-@pytest.mark.parametrize("turned", [False, True])
-def test_without_turns_nothing_is_told(turned: bool) -> None:
-    scans = scans_of(straight_drive(10.0), 10.0)
-    assert order_of(turned_round(scans) if turned else scans) == SweepOrder.UNKNOWN
+@pytest.mark.parametrize("negative", [False, True])
+@pytest.mark.parametrize(("reverse", "order"), [(False, SweepOrder.AS_RECORDED), (True, SweepOrder.REVERSED)])
+def test_the_order_of_beams_shows_in_turns(
+    scans: list[Scan], negative: bool, reverse: bool, order: SweepOrder
+) -> None:
+    assert order_of(ending_at_stamps(scans) if negative else scans, reverse=reverse) == order
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_without_turns_nothing_is_known(reverse: bool) -> None:
+    assert order_of(scans_of(straight_drive(10.0), 10.0), reverse=reverse) == SweepOrder.UNKNOWN
 
 
 def test_a_fast_sweep_is_never_called_reversed() -> None:

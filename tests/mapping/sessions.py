@@ -1,12 +1,15 @@
-"""Drives round a block in a hall, as sessions in frames of their own."""
+"""What drives end in: round a block in a hall, in frames of their own, and of no rays and loops."""
 
 import numpy as np
+from numpy.typing import NDArray
 
-from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.graph.constraint import Constraint, ConstraintList, Kind
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.loops.loop_history import LoopHistory
+from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
+from racecar.sensors.matching.scan_store import ScanStore
 from tests.sensors.worlds import box, store_of
 
 BARE_RING = np.concatenate([box(-6, -4, 6, 4), box(-4, -2, 4, 2)])
@@ -18,9 +21,9 @@ RING = np.concatenate([BARE_RING, box(-1, 2, 0, 2.5), box(2, -4, 2.4, -3.4), box
 CORNERS = np.array([(-5.0, -3.0), (5.0, -3.0), (5.0, 3.0), (-5.0, 3.0)])
 
 
-def path(start: float, metres: float) -> Pose:
-    """(K, 3) poses of the laser 0.3 m apart, round the block."""
-    ends = np.concatenate([CORNERS, CORNERS[:1]])
+def path(start: float, metres: float, corners: NDArray[np.float64] = CORNERS) -> Pose:
+    """(K, 3) poses of the laser 0.3 m apart, round and round the block or another polygon (C, 2)."""
+    ends = np.concatenate([corners, corners[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ends, axis=0).T))])
     at = np.arange(start, start + metres, 0.3)
 
@@ -36,18 +39,34 @@ def session(walls: np.ndarray, true: Pose, frame_from_world: Pose, base_from_las
     store = store_of(walls, true)
     loops = LoopHistory()
     known = compose(frame_from_world, true)
-    steps = between(known[:-1], known[1:])
-    for step in [IDENTITY, *steps]:
+    for step in [IDENTITY, *between(known[:-1], known[1:])]:
         loops.graph.add_keyframe(float(np.hypot(step[0], step[1])))
         loops.graph.add_variances(np.array([[0.01**2, 0.001**2]]))
-    constraints = [
-        Constraint(k, k + 1, step, np.diag([1e4, 1e4, 1e5]), "scan_matching") for k, step in enumerate(steps)
-    ]
-    constraints += [
-        Constraint(k, k + 1, step, np.diag([1e2, 1e2, 1e3]), "odometry") for k, step in enumerate(steps)
-    ]
+    constraints = chain(known, np.diag([1e4, 1e4, 1e5])) + chain(known, np.diag([1e2, 1e2, 1e3]), "odometry")
     rays = [Rays.to(store.points_of(k), len(store.points_of(k))) for k in range(len(true))]
     laser_from_base = np.tile(inverse(base_from_laser), (len(true), 1))
     return Session(
         store, rays, laser_from_base, known, ConstraintList(constraints), loops, one_drive(len(true))
     )
+
+
+def plain_map(
+    store: ScanStore,
+    poses: Pose,
+    constraints: list[Constraint],
+    seconds: NDArray[np.float64],
+    laser_from_base: Pose | None = None,
+) -> FinishedMap:
+    """To be judged: keyframes that were mapped to ``poses`` (K, 3), at so many seconds (K,)."""
+    at_base = np.zeros_like(poses) if laser_from_base is None else laser_from_base
+    nothing = [Rays.none() for _ in poses]
+    tied = ConstraintList(constraints)
+    return FinishedMap(
+        Session(store, nothing, at_base, poses, tied, LoopHistory(), one_drive(len(poses))), seconds
+    )
+
+
+def chain(poses: Pose, information: NDArray[np.float64], kind: Kind = "scan_matching") -> list[Constraint]:
+    """Each pose tied to the one before it, where both are."""
+    steps = between(poses[:-1], poses[1:])
+    return [Constraint(k, k + 1, step, information, kind) for k, step in enumerate(steps)]
