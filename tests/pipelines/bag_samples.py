@@ -1,7 +1,7 @@
 """Small bags for the tests: a car that drives straight and looks at a wall all around it."""
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 
+from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.bags.messages import OLD_TRANSFORMS, TRANSFORMS
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.writer import BagWriter
@@ -22,6 +23,12 @@ STEP = 25_000_000
 PLACE = np.array([0.25, 0.1, 0.5])
 BEAMS = 181
 INCREMENT = np.radians(1.0)
+
+
+def header(types: dict[str, Any], stamp: int = 0, frame: str = "laser", **more: Any) -> Any:
+    """Of a message of these types, stamped in nanoseconds."""
+    time = types["builtin_interfaces/msg/Time"](*divmod(stamp, 10**9))
+    return types["std_msgs/msg/Header"](stamp=time, frame_id=frame, **more)
 
 
 def odometry(index: int, **changes: Any) -> Odometry:
@@ -47,13 +54,29 @@ def write_scan(writer: BagWriter, index: int, **changes: Any) -> None:
     writer.write_scan(**{**values, **changes})
 
 
-def write_bag(path: Path, count: int = 200, with_odometry: bool = True) -> Path:
+def as_usual(_: int) -> dict[str, Any]:
+    return {}
+
+
+def write_bag(
+    path: Path,
+    indices: int | Iterable[int] = 200,
+    with_odometry: bool = True,
+    *,
+    place: Pose | None = PLACE,
+    wheels: Callable[[int], dict[str, Any] | None] = as_usual,
+    scans: Callable[[int], dict[str, Any] | None] = as_usual,
+) -> Path:
+    """A bag whose odometry and scans at some indices, or so many, are changed by what is said of each index;
+    at None there is none."""
     with BagWriter(path) as writer:
-        writer.write_static_transform(PLACE)
-        for index in range(count):
-            if with_odometry:
-                writer.write_odometry(odometry(index))
-            write_scan(writer, index)
+        if place is not None:
+            writer.write_static_transform(place)
+        for index in range(indices) if isinstance(indices, int) else indices:
+            if with_odometry and (changes := wheels(index)) is not None:
+                writer.write_odometry(odometry(index, **changes))
+            if (changes := scans(index)) is not None:
+                write_scan(writer, index, **changes)
     return path
 
 

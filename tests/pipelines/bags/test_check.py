@@ -12,7 +12,7 @@ from racecar.pipelines.commands.cli import run
 from racecar.pipelines.runs.bag_reading import BagReading, opened_bag
 from racecar.sensors.config import SensorConfig
 from racecar.sensors.scan import Scan
-from tests.pipelines.bag_samples import PLACE, bag_of, cut, odometry, read, write_bag, write_scan
+from tests.pipelines.bag_samples import cut, read, write_bag
 
 
 def check(path, **options):
@@ -44,16 +44,19 @@ def test_a_good_bag(tmp_path):
 
 
 def test_what_is_wrong_is_found_each_with_a_remedy(tmp_path):
-    def write(writer):
-        for index in [*range(100), *range(1000, 1100)]:
-            jump = 50.0 if index > 1050 else 0.0
-            writer.write_odometry(odometry(index, odom_from_base=np.array([0.001 * index + jump, 0.0, 0.0])))
-            ranges = np.full(181 if index < 50 else 100, np.nan, dtype=np.float32)
-            ranges[:9] = 2.0
-            if index % 10:
-                write_scan(writer, index, ranges=ranges)
+    def spoilt(index):
+        ranges = np.full(181 if index < 50 else 100, np.nan, dtype=np.float32)
+        ranges[:9] = 2.0
+        return {"ranges": ranges} if index % 10 else None
 
-    result = check(bag_of(tmp_path / "drive.bag", write))
+    path = write_bag(
+        tmp_path / "drive.bag",
+        [*range(100), *range(1000, 1100)],
+        place=None,
+        wheels=lambda index: {"odom_from_base": np.array([0.001 * index + 50.0 * (index > 1050), 0.0, 0.0])},
+        scans=spoilt,
+    )
+    result = check(path)
     assert {finding.name for finding in result.findings} >= {
         "scan_gaps",
         "changed_beam_counts",
@@ -64,22 +67,10 @@ def test_what_is_wrong_is_found_each_with_a_remedy(tmp_path):
     assert all(finding.remedy for finding in result.findings)
 
 
-def test_a_car_that_sees_nothing(tmp_path):
-    def write(writer):
-        for index in range(100):
-            writer.write_odometry(odometry(index, odom_from_base=np.zeros(3), twist=np.zeros(3)))
-            write_scan(writer, index, ranges=np.full(50, np.inf, dtype=np.float32))
-
-    assert "nothing_seen" in {each.name for each in check(bag_of(tmp_path / "drive.bag", write)).findings}
-
-
 def test_a_bag_of_scans_without_beams_is_of_no_use(tmp_path):
-    def write(writer):
-        for index in range(10):
-            write_scan(writer, index, ranges=np.empty(0, dtype=np.float32))
-
+    empty = {"ranges": np.empty(0, dtype=np.float32)}
     with pytest.raises(UserError, match=r"no usable scan.*hold no usable beams"):
-        check(bag_of(tmp_path / "drive.bag", write))
+        check(write_bag(tmp_path / "drive.bag", 10, with_odometry=False, scans=lambda _: empty))
 
 
 def test_the_command_prints_and_writes_json(tmp_path, capsys):
@@ -116,13 +107,8 @@ def test_a_laser_that_hangs_upside_down_is_shown_so(tmp_path, capsys):
 
 def blind_bag(path):
     """Of a laser that meets nothing."""
-
-    def write(writer):
-        for index in range(40):
-            writer.write_odometry(odometry(index))
-            write_scan(writer, index, ranges=np.full(181, 30.0, dtype=np.float32))
-
-    return bag_of(path, write)
+    nothing = {"ranges": np.full(181, 30.0, dtype=np.float32)}
+    return write_bag(path, 40, place=None, scans=lambda _: nothing)
 
 
 def test_strict_ends_in_3_where_a_map_would_be_wrong(tmp_path, capsys):
@@ -154,14 +140,10 @@ def test_no_map_and_no_pose_comes_of_a_covered_laser(tmp_path, capsys):
 
 
 def test_a_blank_stretch_is_noted_but_spoils_nothing(tmp_path):
-    def write(writer):
-        writer.write_static_transform(PLACE)
-        for index in range(200):
-            writer.write_odometry(odometry(index))
-            is_covered = 40 <= index < 120
-            write_scan(writer, index, **({"ranges": np.zeros(181, dtype=np.float32)} if is_covered else {}))
+    def covered(index):
+        return {"ranges": np.zeros(181, dtype=np.float32)} if 40 <= index < 120 else {}
 
-    (finding,) = check(bag_of(tmp_path / "drive.bag", write)).findings
+    (finding,) = check(write_bag(tmp_path / "drive.bag", scans=covered)).findings
     assert (finding.name, finding.spoils_map) == ("scans_blank", False)
     assert finding.numbers == {"count": 80, "scans": 200, "seconds": pytest.approx(2.0)}
 
@@ -190,16 +172,13 @@ def test_the_command_refuses_in_one_sentence(tmp_path, capsys, monkeypatch, argu
 
 
 def test_one_is_not_told_as_many(tmp_path):
-    def write(writer):
-        writer.write_static_transform(PLACE)
-        for index in range(60):
-            writer.write_odometry(
-                odometry(index, odom_from_base=np.array([0.02 * index + 50.0 * (index > 40), 0.0, 0.0]))
-            )
-            beams = 181 if index < 50 else 100
-            write_scan(writer, index, ranges=np.full(beams, 2.0 + 0.001 * index, dtype=np.float32))
+    def fewer(index):
+        return {"ranges": np.full(181 if index < 50 else 100, 2.0 + 0.001 * index, dtype=np.float32)}
 
-    findings = check(bag_of(tmp_path / "drive.bag", write)).findings
+    def jumping(index):
+        return {"odom_from_base": np.array([0.02 * index + 50.0 * (index > 40), 0.0, 0.0])}
+
+    findings = check(write_bag(tmp_path / "drive.bag", 60, wheels=jumping, scans=fewer)).findings
     assert [(finding.name, finding.numbers) for finding in findings] == [
         ("changed_beam_counts", {"count": 1}),
         ("odometry_jumps", {"times": "once"}),
@@ -209,35 +188,17 @@ def test_one_is_not_told_as_many(tmp_path):
 @pytest.mark.parametrize("share", [0.1, 0.3])
 def test_sweeps_that_are_missing_here_and_there_are_no_fault(tmp_path, share):
     is_lost = np.random.default_rng(0).random(200) < share
-
-    def write(writer):
-        writer.write_static_transform(PLACE)
-        for index in range(200):
-            writer.write_odometry(odometry(index))
-            if not is_lost[index]:
-                write_scan(writer, index)
-
-    assert check(bag_of(tmp_path / "drive.bag", write)).findings == []
+    path = write_bag(tmp_path / "drive.bag", scans=lambda index: None if is_lost[index] else {})
+    assert check(path).findings == []
 
 
 @pytest.mark.parametrize(("beams", "is_told"), [(8, True), (19, True), (31, False), (181, False)])
 def test_too_few_beams_to_match_are_told(tmp_path, beams, is_told):
-    def write(writer):
-        writer.write_static_transform(PLACE)
-        for index in range(60):
-            writer.write_odometry(odometry(index))
-            writer.write_scan(
-                odometry(index).stamp,
-                np.full(beams, 2.0 + 0.001 * index, dtype=np.float32),
-                angle_min=-np.pi / 2,
-                angle_increment=np.pi / (beams - 1),
-                time_increment=0.0,
-                scan_time=0.02,
-                range_min=0.1,
-                range_max=30.0,
-            )
+    def few(index):
+        ranges = np.full(beams, 2.0 + 0.001 * index, dtype=np.float32)
+        return {"ranges": ranges, "angle_increment": np.pi / (beams - 1), "time_increment": 0.0}
 
-    findings = check(bag_of(tmp_path / "drive.bag", write)).findings
+    findings = check(write_bag(tmp_path / "drive.bag", 60, scans=few)).findings
     assert [(finding.name, finding.numbers["beams"], finding.spoils_map) for finding in findings] == [
         ("beams_too_few", beams, True)
     ] * is_told

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import inverse
 from tests.pipelines.bag_samples import (
     PLACE,
     STEP,
@@ -54,68 +55,68 @@ def test_a_link_on_tf_that_never_changes_is_the_laser_s_place(tmp_path, name, ol
     assert len(samples) == COUNT
 
 
-def test_without_an_odometry_topic_the_moving_link_is_the_odometry(tmp_path):
-    path = bag(tmp_path / "drive.bag", lambda index: [("odom", "base_link", driven(index)), MOUNT])
+def on_tf(index):
+    return ("odom", "base_link", driven(index))
+
+
+NOWHERE, AHEAD = np.zeros(3), np.array([0.3, 0.0, 0.0])
+GROUNDED = "a frame on the ground below the car that stands"
+TREES = {
+    "a link that moves": (lambda index: [on_tf(index), MOUNT], "odom -> base_link"),
+    "corrections of a solution": (
+        lambda index: [("map", "odom", np.array([1.0, index, 0.5])), on_tf(index), MOUNT],
+        "odom -> base_link",
+    ),
+    GROUNDED: (
+        lambda index: [
+            ("odom", "base_footprint", NOWHERE),
+            ("base_footprint", "base_link", driven(index)),
+            MOUNT,
+        ],
+        "odom -> base_link",
+    ),
+    "a fixed frame between": (
+        lambda index: [
+            ("odom", "base_footprint", driven(index)),
+            ("base_footprint", "base_link", NOWHERE),
+            MOUNT,
+        ],
+        "odom -> base_footprint",
+    ),
+    "names of their own": (
+        lambda index: [("start", "chassis", driven(index)), ("chassis", "laser", PLACE)],
+        "start -> chassis",
+    ),
+    # a frame has one parent; so where another owns the base, odometry hangs below it
+    "upside down": (lambda index: [("base_link", "odom", inverse(driven(index))), MOUNT], "odom"),
+}
+"""Links that come with each scan, and where in them the odometry is."""
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_without_an_odometry_topic_the_moving_link_is_the_odometry(tmp_path, name):
+    links, source = TREES[name]
+    path = bag(tmp_path / "drive.bag", links)
     scans, samples, reader = read(path)
     assert_driven(samples)
-    assert len(scans) == COUNT
-    assert reader.odom_topic == "/tf"
-    assert "odom -> base_link" in reader.inputs["odometry"]
-    assert reader.warnings == []
     np.testing.assert_allclose(samples[-1].twist[0], 0.8, rtol=0.01)
+    np.testing.assert_allclose(scans[-1].base_from_laser, PLACE, atol=1e-9)
+    assert (len(scans), reader.odom_topic) == (COUNT, "/tf")
+    assert source in reader.inputs["odometry"]
+    assert reader.inputs["base_frame"] == ("chassis" if "chassis" in source else "base_link")
+    stands = [each.numbers["link"] for each in reader.findings if each.name == "odometry_link_stands"]
+    assert stands == ["odom -> base_footprint"] * (name == GROUNDED)
+    assert len(reader.warnings) == len(stands)
     assert reader.messages_read == reader.message_count == 2 * COUNT
-
-
-def test_a_bag_can_leave_the_odometry_on_tf_aside(tmp_path):
-    path = bag(tmp_path / "drive.bag", lambda index: [("odom", "base_link", driven(index)), MOUNT])
     assert read(path, use_odometry=False)[1] == []
 
 
-def test_a_solution_on_tf_is_not_odometry(tmp_path):
-    path = bag(tmp_path / "drive.bag", lambda index: [("map", "base_link", driven(index)), MOUNT])
-    _, samples, reader = read(path)
-    assert samples == []
-    assert any("map -> base_link" in each.numbers.get("solution", "") for each in reader.findings)
-
-
-def test_the_corrections_of_a_solution_stay_out_of_the_odometry(tmp_path):
-    def links(index):
-        return [("map", "odom", np.array([1.0, index, 0.5])), ("odom", "base_link", driven(index)), MOUNT]
-
-    assert_driven(read(bag(tmp_path / "drive.bag", links))[1])
-
-
-def test_all_links_between_odometry_and_the_car_count(tmp_path):
-    """A frame on the ground below the car, tilted or not, that moves or stands at the start."""
-
-    def links(index):
-        standing = ("odom", "base_footprint", np.zeros(3))
-        return [standing, ("base_footprint", "base_link", driven(index)), MOUNT]
-
-    _, samples, reader = read(bag(tmp_path / "drive.bag", links))
-    assert_driven(samples)
-    assert numbers_of("odometry_link_stands", reader)["link"] == "odom -> base_footprint"
-
-
-def test_a_fixed_frame_between_odometry_and_laser(tmp_path):
-    fixed = ("base_footprint", "base_link", np.zeros(3))
-    path = bag(
-        tmp_path / "drive.bag", lambda index: [("odom", "base_footprint", driven(index)), fixed, MOUNT]
-    )
-    scans, samples, reader = read(path)
-    assert_driven(samples)
-    np.testing.assert_allclose(scans[0].base_from_laser, PLACE, atol=1e-9)
-    assert reader.inputs["base_frame"] == "base_link"
-
-
 def test_where_the_frames_are_apart_the_one_that_odometry_tells_of_is_the_car(tmp_path):
-    offset = np.array([0.3, 0.0, 0.0])
-
     def links(index):
         return [
             ("odom", "base_footprint", driven(index)),
-            ("base_footprint", "base_link", offset),
-            ("base_link", "laser", np.array([0.1, 0.0, 0.0])),
+            ("base_footprint", "base_link", AHEAD),
+            ("base_link", "laser", AHEAD / 3.0),
         ]
 
     scans, samples, reader = read(bag(tmp_path / "drive.bag", links))
@@ -124,45 +125,32 @@ def test_where_the_frames_are_apart_the_one_that_odometry_tells_of_is_the_car(tm
     np.testing.assert_allclose(scans[0].base_from_laser, [0.4, 0.0, 0.0], atol=1e-9)
 
 
-def test_frames_need_no_standard_names(tmp_path):
-    path = bag(
-        tmp_path / "drive.bag",
-        lambda index: [("start", "chassis", driven(index)), ("chassis", "laser", PLACE)],
-    )
-    scans, samples, reader = read(path)
-    assert_driven(samples)
-    np.testing.assert_allclose(scans[0].base_from_laser, PLACE, atol=1e-9)
-    assert (reader.inputs["base_frame"], reader.warnings) == ("chassis", [])
-
-
-def test_parts_that_move_on_the_car_are_no_odometry(tmp_path):
-    path = bag(tmp_path / "drive.bag", lambda index: [("base_link", "wheel", driven(index)), MOUNT])
-    _, samples, reader = read(path)
-    assert samples == []
-    assert reader.base_from_laser_source == "tf"
-
-
-def test_odometry_published_upside_down_in_the_tree(tmp_path):
-    """A frame has one parent; so where another owns the base, odometry hangs below it."""
-    from racecar.maps.geometry.se2 import inverse
-
-    path = bag(tmp_path / "drive.bag", lambda index: [("base_link", "odom", inverse(driven(index))), MOUNT])
-    assert_driven(read(path)[1])
-
-
 def test_odometry_of_a_laser_that_nothing_links_to_the_car(tmp_path):
-    path = bag(tmp_path / "drive.bag", lambda index: [("odom", "base_link", driven(index))])
-    _, samples, reader = read(path)
+    _, samples, reader = read(bag(tmp_path / "drive.bag", lambda index: [on_tf(index)]))
     assert_driven(samples)
     assert reader.base_from_laser_source == "assumed identity"
 
 
-def test_a_link_that_never_changes_is_no_odometry_and_that_is_told(tmp_path):
-    path = bag(tmp_path / "drive.bag", lambda _: [("odom", "base_link", np.zeros(3)), MOUNT])
-    scans, samples, reader = read(path)
+@pytest.mark.parametrize(
+    ("link", "finding"),
+    [
+        (lambda index: ("map", "base_link", driven(index)), ("no_odometry", "solution", "map -> base_link")),
+        (lambda index: ("base_link", "wheel", driven(index)), None),  # a part that moves on the car
+        (
+            lambda index: ("odom", "base_link", NOWHERE),
+            ("no_odometry_link_moves", "link", "odom -> base_link"),
+        ),
+    ],
+    ids=["a solution", "a wheel", "a link that never changes"],
+)
+def test_what_is_on_tf_and_no_odometry_is_not_taken_for_it(tmp_path, link, finding):
+    scans, samples, reader = read(bag(tmp_path / "drive.bag", lambda index: [link(index), MOUNT]))
     assert samples == []
+    assert reader.base_from_laser_source == "tf"
     np.testing.assert_allclose(scans[0].base_from_laser, PLACE, atol=1e-9)
-    assert numbers_of("no_odometry_link_moves", reader)["link"] == "odom -> base_link"
+    if finding is not None:
+        name, number, value = finding
+        assert value in numbers_of(name, reader)[number]
 
 
 @pytest.mark.parametrize("every", [1, 5])

@@ -1,4 +1,4 @@
-"""Scans that repeat the one before while the odometry moves."""
+"""Scans that repeat the one before, and samples of odometry that are elsewhere."""
 
 from pathlib import Path
 
@@ -7,8 +7,9 @@ import pytest
 
 from racecar.pipelines.bags.check import check_bag
 from racecar.pipelines.bags.reader import BagReader
+from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
-from tests.pipelines.bag_samples import bag_of, odometry, read, write_scan
+from tests.pipelines.bag_samples import read, write_bag
 
 
 def noise(seed: int) -> np.ndarray:
@@ -18,12 +19,13 @@ def noise(seed: int) -> np.ndarray:
 def bag(path: Path, seen: list[int], driven: list[float]) -> Path:
     """At 40 Hz: the number of what is seen, and the metres that were driven."""
 
-    def write(writer):
-        for index, (scan, metres) in enumerate(zip(seen, driven, strict=True)):
-            writer.write_odometry(odometry(index, odom_from_base=np.array([metres, 0.0, 0.0])))
-            write_scan(writer, index, ranges=noise(scan))
-
-    return bag_of(path / "drive.bag", write)
+    return write_bag(
+        path / "drive.bag",
+        len(seen),
+        place=None,
+        wheels=lambda index: {"odom_from_base": np.array([driven[index], 0.0, 0.0])},
+        scans=lambda index: {"ranges": noise(seen[index])},
+    )
 
 
 def kept_and_findings(path: Path) -> tuple[int, list]:
@@ -63,18 +65,56 @@ def test_a_simulated_car_may_stand_without_noise(tmp_path, late):
 
 
 def test_blank_scans_are_no_repeats(tmp_path):
-    def write(writer):
-        for index in range(200):
-            writer.write_odometry(odometry(index))
-            write_scan(writer, index, ranges=np.full(181, np.inf if index else 2.0, dtype=np.float32))
+    def blank(index):
+        return {"ranges": np.full(181, np.inf if index else 2.0, dtype=np.float32)}
 
-    with BagReader(bag_of(tmp_path / "drive.bag", write)) as reader:
+    with BagReader(write_bag(tmp_path / "drive.bag", place=None, scans=blank)) as reader:
         assert check_bag(reader).counts["scans"] == 200
 
 
 def test_without_odometry_nothing_says_that_the_car_moves(tmp_path):
-    def write(writer):
-        for index in range(100):
-            write_scan(writer, index, ranges=noise(0))
+    path = write_bag(tmp_path / "drive.bag", 100, with_odometry=False, scans=lambda _: {"ranges": noise(0)})
+    assert len(read(path)[0]) == 100
 
-    assert len(read(bag_of(tmp_path / "drive.bag", write))[0]) == 100
+
+def findings_and_path(path, away):
+    """Of a drive of 200 samples with an offset (3,) of each."""
+
+    def elsewhere(index):
+        return {"odom_from_base": np.array([0.02 * index, 0.0, 0.0]) + away(index)}
+
+    with BagReader(write_bag(path / "drive.bag", wheels=elsewhere)) as reader:
+        poses = [item.odom_from_base for item in reader if isinstance(item, Odometry)]
+        assert check_bag(reader).counts["odometry"] == len(poses)
+        return [(each.name, each.numbers.get("times")) for each in reader.findings], np.array(poses)
+
+
+@pytest.mark.parametrize("offset", [(3.0, 0.0, 0.0), (0.0, 0.0, 1.2)])
+def test_single_samples_are_left_out(tmp_path, offset):
+    (what,), poses = findings_and_path(tmp_path, lambda index: np.array(offset) * (index % 40 == 20))
+    assert what == ("odometry_spikes", "5 times")
+    np.testing.assert_allclose(np.ptp(poses, axis=0), [0.02 * 199, 0.0, 0.0], atol=1e-9)
+    assert len(poses) == 195
+
+
+def test_two_publishers_are_named_and_the_first_is_followed(tmp_path):
+    (what,), poses = findings_and_path(tmp_path, lambda index: np.array([5.0, -3.0, 1.0]) * (index % 3 == 2))
+    assert what[0] == "odometry_of_two_programs"
+    assert np.ptp(poses[:, 1]) == 0.0
+
+
+def test_odometry_that_begins_anew_is_no_spike(tmp_path):
+    (what,), poses = findings_and_path(tmp_path, lambda index: np.array([50.0, 0.0, 0.0]) * (index > 90))
+    assert what == ("odometry_jumps", "once")
+    assert len(poses) == 199
+
+
+def test_an_orientation_that_is_not_a_number_is_not_called_still(tmp_path):
+    def without_heading(index):
+        return {"odom_from_base": np.array([0.02 * index, 0.0, np.nan])}
+
+    with BagReader(write_bag(tmp_path / "drive.bag", 60, wheels=without_heading)) as reader:
+        items = [item for item in reader if isinstance(item, Odometry)]
+        (name,) = [finding.name for finding in reader.findings]
+    assert name == "odometry_without_orientation"
+    assert items[-1].odom_from_base[0] == pytest.approx(0.8 * 59 * 0.025, abs=0.01)

@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from tests.pipelines.bag_samples import BEAMS, INCREMENT, PLACE, bag_of, odometry, read, write_scan
+from tests.pipelines.bag_samples import (
+    BEAMS,
+    INCREMENT,
+    PLACE,
+    bag_of,
+    numbers_of,
+    odometry,
+    read,
+    write_scan,
+)
 
 COUNT = 30
 
@@ -52,9 +61,9 @@ def test_the_raw_scans_that_see_widest_are_taken_and_the_others_named(tmp_path, 
     path = bag(tmp_path / "drive.bag", *others)
     _, _, reader = read(path)
     assert reader.scan_topic == taken
-    (warning,) = reader.warnings
-    assert all(topic in warning for topic, _, _ in others)
-    assert warning.startswith(f"Scans are taken from {taken} (")
+    (finding,) = reader.findings
+    assert finding.name == "laser_of_several" and finding.numbers["taken"].startswith(f"{taken} (")
+    assert all(topic in finding.numbers["others"] for topic, _, _ in others if topic != taken)
 
 
 def test_a_processed_topic_alone_is_taken_without_a_word(tmp_path):
@@ -72,7 +81,7 @@ def test_wheels_come_before_cameras(tmp_path):
 
     _, _, reader = read(bag_of(tmp_path / "drive.bag", write))
     assert reader.odom_topic == "/wheel_odom"
-    assert any("/camera/odom/sample" in warning for warning in reader.warnings)
+    assert numbers_of("odometry_topic_of_several", reader)["others"] == "/camera/odom/sample"
 
 
 def opened_recording(recordings, name):

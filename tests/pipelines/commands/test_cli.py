@@ -23,6 +23,7 @@ def test_help_without_arguments(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run([]) == 0
     shown = capsys.readouterr().out
     assert all(command in shown for command in COMMANDS)
+    assert "Exit codes: 0 done" in shown
 
 
 def test_its_version(capsys: pytest.CaptureFixture[str]) -> None:
@@ -62,11 +63,6 @@ def test_the_shell_can_complete_commands_and_flags(words: str, completed: list[s
     assert (done.returncode, done.stdout.split(), done.stderr) == (0, completed, "")
 
 
-def test_help_names_the_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.run(["-h"]) == 0
-    assert "Exit codes: 0 done" in capsys.readouterr().out
-
-
 def test_help_loads_nothing_heavy() -> None:
     heavy = "{'numpy', 'numba', 'gtsam', 'matplotlib', 'rosbags', 'evo', 'open3d', 'scipy'}"
     code = (
@@ -97,6 +93,13 @@ def test_a_wrong_path_is_told_before_anything_heavy_is_loaded(command: list[str]
         (["evaluate", "a.tum", "--refrence", "b.tum"], "--refrence"),
         (["evaluate", "a.tum"], "--reference REF or --relations FILE"),
         (["evaluate", "a.tum", "--reference", "b.tum"], "Cannot read b.tum"),
+        (
+            ["evaluate", "b.tum", "--reference", "a\nb\x1b[2J\udcff.tum"],
+            "Cannot read a b?[2J?.tum: no such file or directory.",
+        ),
+        (["map", "drive.bag", "--out", ""], "The value after --out is empty"),
+        (["map", "drive.bag", "--out="], "The value after --out is empty"),
+        (["check", " "], "The value after check is empty"),
     ],
 )
 def test_mistakes_of_the_user(
@@ -113,6 +116,7 @@ def test_mistakes_of_the_user(
     ("error", "code", "complaint"),
     [
         (UserError("The bag is empty."), 2, "The bag is empty.\n"),
+        (MemoryError(), 2, "There is not enough memory for this"),
         (KeyboardInterrupt(), 130, "Stopped.\n"),
         (
             OSError(errno.ENOSPC, "No space left on device", "map.pgm"),
@@ -138,15 +142,10 @@ def test_exit_codes(
     shown = capsys.readouterr().err
     assert complaint in shown
     assert shown.count("\n") == 1
-
-
-def test_debugging_shows_the_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise UserError("bad")
-
     monkeypatch.setenv("RACECAR_DEBUG", "1")
-    with pytest.raises(UserError):
-        cli.run(["demo"], fail)
+    if isinstance(error, UserError):
+        with pytest.raises(UserError):
+            cli.run(["demo"], fail)
 
 
 def test_figures_of_an_evaluation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -166,31 +165,3 @@ def test_the_title_of_a_table_does_not_break_a_path(
     monkeypatch.setenv("COLUMNS", "60")
     assert cli.run(["evaluate", str(path), "--reference", str(path)]) == 0
     assert f"{path} against {path}\n" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("arguments", "complaint"),
-    [
-        (["map", "drive.bag", "--out", ""], "The value after --out is empty"),
-        (["map", "drive.bag", "--out="], "The value after --out is empty"),
-        (["check", " "], "The value after check is empty"),
-    ],
-)
-def test_an_empty_argument_is_no_path(
-    arguments: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert cli.run(arguments) == 2
-    assert complaint in capsys.readouterr().err
-
-
-def test_too_little_memory_is_no_fault_of_ours(capsys: pytest.CaptureFixture[str]) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise MemoryError
-
-    assert cli.run(["demo"], fail) == 2
-    assert "There is not enough memory for this" in capsys.readouterr().err
-
-
-def test_an_error_is_one_line_whatever_a_file_is_called(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.run(["evaluate", "b.tum", "--reference", "a\nb\x1b[2J\udcff.tum"]) == 2
-    assert "Cannot read a b?[2J?.tum: no such file or directory." in capsys.readouterr().err

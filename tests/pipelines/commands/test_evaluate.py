@@ -173,13 +173,6 @@ def test_a_bag_needs_a_topic_of_poses(
     assert "nowhere.bag does not exist" in capsys.readouterr().err
 
 
-def test_relations_measure_one_trajectory(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["evaluate", str(reference), str(reference), "--relations", "some.relations"]) == 2
-    assert "one trajectory" in capsys.readouterr().err
-    assert run(["evaluate", str(reference), "--relations", "some.relations", "--plot", "a.png"]) == 2
-    assert "draws nothing" in capsys.readouterr().err
-
-
 def test_of_several_the_one_at_fault_is_named(
     tmp_path: Path, reference: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

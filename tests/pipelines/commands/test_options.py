@@ -1,20 +1,26 @@
+import shlex
+
 import pytest
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.commands.options import join_laser_pose, parse_laser_pose
 
 
-def test_three_or_four_numbers_behind_the_flag_are_one_argument() -> None:
-    assert join_laser_pose(["map", "a.bag", "--laser-pose", "0.27", "-1", "0", "--quiet"]) == [
-        *("map", "a.bag", "--laser-pose", "0.27 -1 0", "--quiet")
-    ]
-    assert join_laser_pose(["--laser-pose", "1", "2", "3", "3.1416", "5.bag"])[1:] == [
-        "1 2 3 3.1416",
-        "5.bag",
-    ]
-    assert join_laser_pose(["--laser-pose", "1 2 3", "--out", "7"]) == ["--laser-pose", "1 2 3", "--out", "7"]
-    assert join_laser_pose(["--initial-pose", "1", "2", "3"]) == ["--initial-pose", "1", "2", "3"]
-    assert join_laser_pose([]) == []
+@pytest.mark.parametrize(
+    ("typed", "joined"),
+    [
+        (
+            "map a.bag --laser-pose 0.27 -1 0 --quiet",
+            ["map", "a.bag", "--laser-pose", "0.27 -1 0", "--quiet"],
+        ),
+        ("--laser-pose 1 2 3 3.1416 5.bag", ["--laser-pose", "1 2 3 3.1416", "5.bag"]),
+        ("--laser-pose '1 2 3' --out 7", ["--laser-pose", "1 2 3", "--out", "7"]),
+        ("--initial-pose 1 2 3", ["--initial-pose", "1", "2", "3"]),
+        ("", []),
+    ],
+)
+def test_three_or_four_numbers_behind_the_flag_are_one_argument(typed: str, joined: list[str]) -> None:
+    assert join_laser_pose(shlex.split(typed)) == joined
 
 
 @pytest.mark.parametrize("text", ["0.27 -1 0", "0.27,-1,0", " 0.27  -1 0 "])

@@ -43,9 +43,8 @@ def test_two_drives_in_a_folder_keep_their_own_true_paths(
 
 @pytest.mark.parametrize("name", ["twin_corridors", "bare_corridor"])
 def test_it_knows_the_places_that_are_hard_to_map(tmp_path: Path, name: str) -> None:
-    assert (
-        run(["simulate", "--map", name, "--out", str(tmp_path / "a.bag"), "--duration", "1", "--quiet"]) == 0
-    )
+    out = ["--out", str(tmp_path / "a.bag"), "--duration", "1", "--quiet"]
+    assert run(["simulate", "--map", name, *out]) == 0
 
 
 @pytest.mark.parametrize(

@@ -58,11 +58,3 @@ def test_the_output_is_closed(trajectory: Path) -> None:
     command = f"{cli} evaluate {trajectory} --reference {trajectory} >&-"
     done = subprocess.run(["sh", "-c", command], stderr=subprocess.PIPE, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
-
-
-def test_figures_go_to_the_output(trajectory: Path) -> None:
-    arguments = ["evaluate", str(trajectory), "--reference", str(trajectory), "--quiet"]
-    done = racecar(*arguments, "--json", "/dev/stdout", stdout=subprocess.PIPE)
-    assert (done.returncode, done.stderr) == (0, b"")
-    assert done.stdout.startswith(b"{")
-    assert done.stdout.endswith(b"}\n")

@@ -39,9 +39,13 @@ def test_it_is_known_by_path_and_better_by_content(bag: Path, monkeypatch: pytes
 
 
 @pytest.mark.parametrize(
-    "report", ["", "{", "[]", '{"inputs": 3}', '{"inputs": {}}', '{"inputs": {"bag": 3}}', "[" * 100_000]
+    "report",
+    [
+        *("", "{", "[]", "[" * 100_000),
+        *('{"inputs": 3}', '{"inputs": {}}', '{"inputs": {"bag": 3}}', '{"inputs": {"bag": "other.bag"}}'),
+    ],
 )
-def test_a_report_that_names_no_bag_names_none(bag: Path, report: str) -> None:
+def test_a_report_that_does_not_name_the_bag_names_none(bag: Path, report: str) -> None:
     assert not is_known(bag, report)
 
 

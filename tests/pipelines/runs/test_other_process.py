@@ -1,9 +1,12 @@
+"""Work in other processes: one at a time, many at once, and how far each is."""
+
 import multiprocessing
 import os
 import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 from time import monotonic, sleep
@@ -12,7 +15,10 @@ import pytest
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.runs.evaluation.relations import load_relations
-from racecar.pipelines.runs.other_process import in_fresh_process, start_beside
+from racecar.pipelines.runs.other_process import ProcessDiedError, in_fresh_process, start_beside
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
+from racecar.pipelines.runs.progress import progress_bar, progress_heard_by
+from racecar.pipelines.runs.run_lock import run_lock
 from racecar.sensors.threads import thread_count
 
 
@@ -91,3 +97,82 @@ def test_work_goes_on_beside() -> None:
     start_beside(lambda: sender.send(os.getpid()))
     assert receiver.poll(60.0)
     assert receiver.recv() != os.getpid()
+
+
+def work(out: Path, number: int) -> None:
+    with run_lock(out), (out.parent / "log").open("a") as log:
+        log.write(f"begin {number}\n")
+        log.flush()
+        sleep(0.01)
+        log.write(f"end {number}\n")
+
+
+def test_runs_take_turns_and_leave_nothing(tmp_path: Path) -> None:
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(partial(work, tmp_path / "out"), range(16)))
+    lines = (tmp_path / "log").read_text().split()
+    assert lines[1::4] == lines[3::4]  # who begins ends before the next begins
+    assert len(set(lines[1::4])) == 16
+    assert [path.name for path in tmp_path.iterdir()] == ["log"]
+
+
+def take_and_die(out: Path) -> None:
+    run_lock(out).__enter__()
+    os._exit(1)
+
+
+def test_the_lock_of_the_dead_is_free(tmp_path: Path) -> None:
+    with pytest.raises(ProcessDiedError):
+        in_fresh_process(partial(take_and_die, tmp_path / "out"))
+    with run_lock(tmp_path / "out"):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_results_come_in_the_order_of_the_arguments() -> None:
+    assert ParallelRuns(quiet=True).run("Test", pow, [(value, 2) for value in range(8)]) == [
+        value**2 for value in range(8)
+    ]
+
+
+def test_work_is_done_in_other_processes_but_for_timing() -> None:
+    assert os.getpid() not in ParallelRuns(quiet=True).run("Test", os.getpid, [()] * 4)
+    assert ParallelRuns(quiet=True).here("Test", os.getpid, [()]) == [os.getpid()]
+
+
+def test_runs_on_a_dask_cluster() -> None:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        done = ParallelRuns(cluster.scheduler_address, quiet=True).run(
+            "Test", pow, [(value, 2) for value in range(4)]
+        )
+    assert done == [0, 1, 4, 9]
+
+
+def test_a_missing_scheduler_is_one_sentence() -> None:
+    pytest.importorskip("distributed")
+    with pytest.raises(UserError, match="no dask scheduler at tcp://127"):
+        ParallelRuns("tcp://127.0.0.1:1", quiet=True).run("Test", pow, [(1, 1)])
+
+
+@pytest.mark.parametrize(("total", "shares"), [(4.0, [0.0, 0.25, 1.0]), (0.0, [0.0, 1.0, 1.0])])
+def test_a_listener_hears_the_share_that_is_done(total: float, shares: list[float]) -> None:
+    heard: list[tuple[str, float]] = []
+    with (
+        progress_heard_by(lambda *news: heard.append(news)),
+        progress_bar("Reading", total, quiet=True) as advance_to,
+    ):
+        advance_to(1.0)
+        advance_to(5.0)
+    assert heard == [("Reading", share) for share in shares]
+
+
+def test_nobody_hears_of_what_comes_later() -> None:
+    heard: list[str] = []
+    with progress_heard_by(lambda what, share: heard.append(what)):
+        pass
+    with progress_bar("Reading", quiet=True) as advance_to:
+        advance_to(1.0)
+    assert heard == []

@@ -12,6 +12,7 @@ from racecar.pipelines.bags.converters.scan_reading import ScanSetup
 from racecar.pipelines.bags.converters.transforms import SensorPlace
 from racecar.pipelines.bags.messages import LASER_SCAN, ros2_types
 from racecar.sensors.config import SensorConfig
+from tests.pipelines.bag_samples import header
 
 UPRIGHT = SensorPlace(np.eye(4), "test")
 UPSIDE_DOWN = SensorPlace(np.diag([1.0, -1.0, -1.0, 1.0]), "test")
@@ -20,9 +21,8 @@ UPSIDE_DOWN = SensorPlace(np.diag([1.0, -1.0, -1.0, 1.0]), "test")
 def message(ranges, **changes):
     types = ros2_types().types
     ranges = np.asarray(ranges, dtype=np.float32)
-    stamp = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
     values = {
-        "header": types["std_msgs/msg/Header"](stamp=stamp, frame_id="laser"),
+        "header": header(types),
         "angle_min": -1.0,
         "angle_max": -1.0 + 0.1 * (len(ranges) - 1),
         "angle_increment": 0.1,

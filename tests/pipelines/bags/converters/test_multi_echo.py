@@ -10,24 +10,19 @@ from racecar.pipelines.bags.converters.scan_reading import ScanSetup
 from racecar.pipelines.bags.converters.transforms import SensorPlace
 from racecar.pipelines.bags.messages import MULTI_ECHO_SCAN, ros1_types, ros2_types
 from racecar.pipelines.bags.writer import BagWriter
-from tests.pipelines.bag_samples import START, STEP, numbers_of, odometry, read
+from tests.pipelines.bag_samples import START, STEP, header, numbers_of, odometry, read
 
 ECHOES = [[1.0, 2.0], [3.0], [], [np.inf], [0.05, 4.0]]
 
 
 def message(store, index=0, unit=1.0):
-    types, is_ros1 = store.types, store is ros1_types()
-    sec, nanosec = divmod(START + index * STEP, 10**9)
+    types = store.types
     beams = [
         types["sensor_msgs/msg/LaserEcho"](echoes=np.array(each, np.float32) / np.float32(unit))
         for each in ECHOES
     ]
     return types[MULTI_ECHO_SCAN](
-        header=types["std_msgs/msg/Header"](
-            stamp=types["builtin_interfaces/msg/Time"](sec=sec, nanosec=nanosec),
-            frame_id="laser",
-            **({"seq": 0} if is_ros1 else {}),
-        ),
+        header=header(types, START + index * STEP, **({"seq": 0} if store is ros1_types() else {})),
         angle_min=-0.2,
         angle_max=0.2,
         angle_increment=0.1,
@@ -49,24 +44,22 @@ def test_the_first_echo_of_each_beam_counts():
     assert (scan.stamp, scan.max_range) == (5, 10.0)
 
 
-@pytest.mark.parametrize(("name", "types"), [("drive.bag", ros1_types), ("drive", ros2_types)])
-def test_is_read_from_bags(tmp_path, name, types):
-    with BagWriter(tmp_path / name) as writer:
+def bag_of_echoes(path, types=ros2_types, unit=1.0):
+    with BagWriter(path) as writer:
         for index in range(10):
             writer.write_odometry(odometry(index))
-            sent = message(types(), index)
+            sent = message(types(), index, unit)
             writer.write_message("/echoes", MULTI_ECHO_SCAN, sent, START + index * STEP)
-    scans, _, reader = read(tmp_path / name)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "types", "unit"),
+    [("drive.bag", ros1_types, 1.0), ("drive", ros2_types, 1.0), ("drive", ros2_types, 1e-3)],
+)
+def test_is_read_from_bags_in_whatever_unit(tmp_path, name, types, unit):
+    scans, _, reader = read(bag_of_echoes(tmp_path / name, types, unit))
     assert (reader.scan_topic, len(scans)) == ("/echoes", 10)
     np.testing.assert_allclose(scans[3].ranges, [1.0, 3.0, np.nan, np.inf, np.nan])
-
-
-def test_ranges_in_millimetres_are_found_by_the_echoes(tmp_path):
-    with BagWriter(tmp_path / "drive") as writer:
-        for index in range(10):
-            writer.write_odometry(odometry(index))
-            sent = message(ros2_types(), index, unit=1e-3)
-            writer.write_message("/echoes", MULTI_ECHO_SCAN, sent, START + index * STEP)
-    scans, _, reader = read(tmp_path / "drive")
-    np.testing.assert_allclose(scans[3].ranges, [1.0, 3.0, np.nan, np.inf, np.nan])
-    assert numbers_of("ranges_in_another_unit", reader)["unit"] == "millimetres"
+    if unit < 1.0:
+        assert numbers_of("ranges_in_another_unit", reader)["unit"] == "millimetres"

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from racecar.pipelines.bags.messages import ODOMETRY
-from racecar.sensors.odometry import Odometry
-from tests.pipelines.bag_samples import STEP, bag_of, numbers_of, odometry, read, write_scan
+from tests.pipelines.bag_samples import STEP, bag_of, numbers_of, odometry, read, write_bag, write_scan
 
 
 def test_poses_without_a_rotation_are_dropped_and_counted(tmp_path):
@@ -44,13 +43,11 @@ def test_poses_without_a_rotation_are_dropped_and_counted(tmp_path):
 def test_where_the_pose_stands_still_the_speeds_are_integrated(tmp_path, frozen):
     turning, speed, count = 0.5, 1.0, 400
 
-    def write(writer):
-        for index in range(count):
-            moves = np.array([speed, 0.0, turning]) if index > 20 else np.zeros(3)
-            writer.write_odometry(odometry(index, odom_from_base=frozen, twist=moves))
-            write_scan(writer, index)
+    def standing(index):
+        moves = np.array([speed, 0.0, turning]) if index > 20 else np.zeros(3)
+        return {"odom_from_base": frozen, "twist": moves}
 
-    _, samples, reader = read(bag_of(tmp_path / "drive.bag", write))
+    _, samples, reader = read(write_bag(tmp_path / "drive.bag", count, place=None, wheels=standing))
     angle = turning * (count - 21) * STEP * 1e-9
     circle = np.array([np.sin(angle), 1 - np.cos(angle)]) * speed / turning
     np.testing.assert_allclose(samples[-1].odom_from_base[:2], circle, atol=1e-6)
@@ -58,13 +55,10 @@ def test_where_the_pose_stands_still_the_speeds_are_integrated(tmp_path, frozen)
 
 
 def test_poses_that_start_to_move_late_are_kept(tmp_path):
-    def write(writer):
-        for index in range(300):
-            place = np.array([0.02 * max(index - 200, 0), 0.0, 0.0])
-            writer.write_odometry(odometry(index, odom_from_base=place, twist=np.zeros(3)))
-            write_scan(writer, index)
+    def late(index):
+        return {"odom_from_base": np.array([0.02 * max(index - 200, 0), 0.0, 0.0]), "twist": np.zeros(3)}
 
-    _, samples, reader = read(bag_of(tmp_path / "drive.bag", write))
+    _, samples, reader = read(write_bag(tmp_path / "drive.bag", 300, place=None, wheels=late))
     assert samples[-1].odom_from_base[0] == pytest.approx(0.02 * 99)
     assert [finding.name for finding in reader.findings] == ["place_unknown"]
 
@@ -78,16 +72,3 @@ def test_a_pose_survives_the_message(yaw, x, scale):
     rotation = Some(x=0.0, y=0.0, z=scale * np.sin(yaw / 2), w=scale * np.cos(yaw / 2))
     sent = Some(pose=Some(pose=Some(position=Some(x=x, y=1.0), orientation=rotation)))
     np.testing.assert_allclose(planar_pose(sent), [x, 1.0, yaw], atol=1e-9)
-
-
-def test_samples_are_values(tmp_path):
-    path = bag_of(
-        tmp_path / "drive.bag",
-        lambda writer: [
-            writer.write_odometry(odometry(0)),
-            write_scan(writer, 0),
-            writer.write_odometry(odometry(1)),
-        ],
-    )
-    _, samples, _ = read(path)
-    assert all(isinstance(sample, Odometry) and sample.odom_from_base.shape == (3,) for sample in samples)

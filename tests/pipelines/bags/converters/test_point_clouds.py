@@ -10,6 +10,7 @@ from racecar.pipelines.bags.converters.scan_reading import ScanSetup
 from racecar.pipelines.bags.converters.transforms import SensorPlace
 from racecar.pipelines.bags.messages import POINT_CLOUD, ros2_types
 from racecar.sensors.config import SensorConfig
+from tests.pipelines.bag_samples import header
 
 ORIGIN = SensorPlace(np.eye(4), "test")
 
@@ -25,10 +26,9 @@ def message(points, columns=None, datatype=7, big_endian=False, padding=0, row_p
     width = len(points) // rows
     lines = np.zeros((rows, width * step + row_padding), dtype=np.uint8)
     lines[:, : width * step] = data.reshape(rows, -1)
-    stamp = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
     field = types["sensor_msgs/msg/PointField"]
     return types[POINT_CLOUD](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id="laser"),
+        header=header(types),
         height=rows,
         width=width,
         fields=[

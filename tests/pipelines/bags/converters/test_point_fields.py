@@ -5,6 +5,7 @@ import pytest
 
 from racecar.pipelines.bags.converters.point_fields import positions, time_offsets
 from racecar.pipelines.bags.messages import POINT_CLOUD, ros2_types
+from tests.pipelines.bag_samples import header
 
 KINDS = {"i4": 5, "u4": 6, "f4": 7, "f8": 8}
 SECONDS, NANOSECONDS = 1_700_000_000, 250_000_000
@@ -16,10 +17,9 @@ def message(**columns):
     table = np.zeros(count, dtype=[(name, values.dtype) for name, values in columns.items()])
     for name, values in columns.items():
         table[name] = values
-    stamp = types["builtin_interfaces/msg/Time"](sec=SECONDS, nanosec=NANOSECONDS)
     field = types["sensor_msgs/msg/PointField"]
     return types[POINT_CLOUD](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id="laser"),
+        header=header(types, SECONDS * 10**9 + NANOSECONDS),
         height=1,
         width=count,
         fields=[

@@ -9,7 +9,7 @@ from racecar.pipelines.bags.messages import ros2_types
 from racecar.pipelines.live.intake.sensors import Sensors
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.sensors.scan import Scan
-from tests.pipelines.bag_samples import START, STEP, bag_of, odometry, read
+from tests.pipelines.bag_samples import START, STEP, bag_of, header, odometry, read
 
 SONAR = "sensor_msgs/msg/Range"
 
@@ -31,9 +31,8 @@ class SonarConverter:
 
 def sonar_message(stamp, distance):
     types = ros2_types().types
-    time = types["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9)
     return types[SONAR](
-        header=types["std_msgs/msg/Header"](stamp=time, frame_id="base_link"),
+        header=header(types, stamp, "base_link"),
         radiation_type=0,
         field_of_view=0.2,
         min_range=0.1,

@@ -131,25 +131,22 @@ def test_a_wall_is_no_miss_however_coarse_the_ranges_are(step):
         assert learn_reading(messages) == (AS_STATED, [])
 
 
-@pytest.mark.parametrize("limits", [(100.0, 30_000.0), (0.1, 30.0)])
-def test_millimetres(limits):
-    messages = drive(lambda ranges: 1000.0 * ranges, range_min=limits[0], range_max=limits[1])
+@pytest.mark.parametrize(
+    ("factor", "per_metre", "unit"),
+    [
+        (1000.0, 1000.0, "millimetres"),
+        (100.0, 100.0, "centimetres"),
+        (40.0, 100.0, "centimetres"),  # of a room so small that they might be metres
+    ],
+)
+@pytest.mark.parametrize("are_limits_in_metres", [True, False])
+def test_ranges_in_another_unit(factor, per_metre, unit, are_limits_in_metres):
+    limits = 1.0 if are_limits_in_metres else per_metre
+    messages = drive(lambda ranges: factor * ranges, range_min=0.1 * limits, range_max=30.0 * limits)
     reading, (finding,) = learn_reading(messages)
-    assert finding.numbers["unit"] == "millimetres"
+    assert finding.numbers["unit"] == unit and not finding.spoils_map
     scan = LaserScanConverter(ScanSetup(UPRIGHT, 1.0, reading=reading), Counter()).convert(messages[0], 0)
-    np.testing.assert_allclose(scan.ranges, messages[0].ranges / 1000.0, rtol=1e-6)
-    assert scan.max_range == pytest.approx(30.0)
-
-
-@pytest.mark.parametrize("limits", [(10.0, 3000.0), (0.1, 30.0)])
-@pytest.mark.parametrize("factor", [100.0, 40.0])
-def test_centimetres(limits, factor):
-    """Also in a room so small that they might be metres."""
-    messages = drive(lambda ranges: factor * ranges, range_min=limits[0], range_max=limits[1])
-    reading, (finding,) = learn_reading(messages)
-    assert finding.numbers["unit"] == "centimetres" and not finding.spoils_map
-    scan = LaserScanConverter(ScanSetup(UPRIGHT, 1.0, reading=reading), Counter()).convert(messages[0], 0)
-    np.testing.assert_allclose(scan.ranges, messages[0].ranges / 100.0, rtol=1e-6)
+    np.testing.assert_allclose(scan.ranges, messages[0].ranges / per_metre, rtol=1e-6)
     assert scan.max_range == pytest.approx(30.0)
 
 

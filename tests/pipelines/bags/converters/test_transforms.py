@@ -31,40 +31,35 @@ def test_a_chain_of_links_is_followed_both_ways():
     assert tree.between("base_link", "camera") is None
 
 
-@pytest.mark.parametrize(("rotation", "yaw"), [((1, 0, 0, 0), 0.0), ((0, 1, 0, 0), np.pi)])
-def test_a_sensor_upside_down(rotation, yaw):
+@pytest.mark.parametrize(
+    ("rotation", "yaw", "tilt", "is_upside_down"),
+    [
+        ((1, 0, 0, 0), 0.0, 0.0, True),
+        ((0, 1, 0, 0), np.pi, 0.0, True),
+        ((0, np.sin(0.1), 0, np.cos(0.1)), 0.0, 0.2, False),
+    ],
+)
+def test_a_sensor_upside_down_or_tilted(rotation, yaw, tilt, is_upside_down):
     tree = TransformTree()
     tree.add(transform("base_link", "laser", (0, 0, 0), rotation))
     place = SensorPlace(tree.between("base_link", "laser"), "tf_static")
-    assert place.is_upside_down
+    assert place.is_upside_down == is_upside_down
     np.testing.assert_allclose(abs(place.pose[2]), yaw, atol=1e-12)
-    assert place.tilt == pytest.approx(0.0, abs=1e-6)
-
-
-def test_a_tilted_sensor():
-    tree = TransformTree()
-    tree.add(transform("base_link", "laser", (0, 0, 0), (0, np.sin(0.1), 0, np.cos(0.1))))
-    assert SensorPlace(tree.between("base_link", "laser"), "").tilt == pytest.approx(0.2)
-
-
-def test_a_rotation_of_zero_is_no_link():
-    tree = TransformTree()
-    tree.add(transform("base_link", "laser", (1, 0, 0), (0, 0, 0, 0)))
-    assert tree.between("base_link", "laser") is None
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf, 1e300])
-def test_a_translation_of_damaged_bytes_is_no_link(value):
-    tree = TransformTree()
-    tree.add(transform("base_link", "laser", (0, value, 0), (0, 0, 0, 1)))
-    assert tree.between("base_link", "laser") is None
+    assert place.tilt == pytest.approx(tilt, abs=1e-6)
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("value", [np.nan, np.inf, 1e200])
-def test_a_rotation_of_damaged_bytes_is_no_link(value):
+@pytest.mark.parametrize(
+    ("translation", "rotation"),
+    [
+        ((1, 0, 0), (0, 0, 0, 0)),
+        *(((0, value, 0), (0, 0, 0, 1)) for value in (np.nan, np.inf, 1e300)),
+        *(((0, 0, 0), (0, 0, value, 1)) for value in (np.nan, np.inf, 1e200)),
+    ],
+)
+def test_a_rotation_of_zero_and_damaged_bytes_are_no_link(translation, rotation):
     tree = TransformTree()
-    tree.add(transform("base_link", "laser", (0, 0, 0), (0, 0, value, 1)))
+    tree.add(transform("base_link", "laser", translation, rotation))
     assert tree.between("base_link", "laser") is None
 
 

@@ -1,6 +1,7 @@
 """What is read from a run's folder."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -133,16 +134,6 @@ def test_an_empty_folder_is_one_sentence(tmp_path: Path) -> None:
         load_run(tmp_path)
 
 
-@pytest.mark.parametrize(
-    "report", ["{", "7", "[" * 5000, '{"a": ' * 50 + "1" + "}" * 50, '{"a": ' + "9" * 5000 + "}"]
-)
-def test_a_damaged_report_hides_nothing_else(run: Path, report: str) -> None:
-    (run / "report.json").write_text(report)
-    scene = load_run(run)
-    assert len(scene.trajectory) == 20
-    assert "report.json is damaged" in scene.about
-
-
 def test_of_a_report_what_is_right_is_shown(run: Path) -> None:
     report = {
         "command": "racecar map",
@@ -157,21 +148,30 @@ def test_of_a_report_what_is_right_is_shown(run: Path) -> None:
     assert "what it says of scans, segments is left out" in about
 
 
-@pytest.mark.parametrize("spoilt", [np.array(3.0), np.full((3, 3), np.nan), np.zeros((2, 3))])
-def test_a_damaged_session_hides_nothing_else(run: Path, spoilt: np.ndarray) -> None:
+def spoil_session(run: Path, poses: np.ndarray) -> None:
     save_session(run)
-    arrays = load_arrays(run / SESSION_FILE) | {"map_from_keyframe": spoilt}
-    save_arrays(arrays, run / SESSION_FILE)
-    scene = load_run(run)
-    assert len(scene.trajectory) == 20
-    assert "session.npz is damaged" in scene.about
+    save_arrays(load_arrays(run / SESSION_FILE) | {"map_from_keyframe": poses}, run / SESSION_FILE)
 
 
-def test_a_damaged_map_hides_nothing_else(run: Path) -> None:
-    (run / "map.yaml").write_text("image: map.pgm")
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        *(
+            (lambda run, text=text: (run / "report.json").write_text(text), "report.json is damaged")
+            for text in ("{", "7", "[" * 5000, '{"a": ' * 50 + "1" + "}" * 50, '{"a": ' + "9" * 5000 + "}")
+        ),
+        *(
+            (lambda run, poses=poses: spoil_session(run, poses), "session.npz is damaged")
+            for poses in (np.array(3.0), np.full((3, 3), np.nan), np.zeros((2, 3)))
+        ),
+        (lambda run: (run / "map.yaml").write_text("image: map.pgm"), "map.yaml"),
+    ],
+)
+def test_a_damaged_file_hides_nothing_else(run: Path, spoil: Callable[[Path], object], words: str) -> None:
+    spoil(run)
     scene = load_run(run)
     assert len(scene.trajectory) == 20
-    assert "map.yaml" in scene.about
+    assert words in scene.about
 
 
 def test_a_folder_named_record_that_is_no_recording_is_one_sentence(run: Path) -> None:
