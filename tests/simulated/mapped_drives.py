@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from benchmarks.quality.input_faults import fewer_beams
+from benchmarks.harness.input_faults import fewer_beams
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.mapper import Mapper
