@@ -46,7 +46,7 @@ def begin_replacing(folder: Path, new: Path) -> None:
         if is_stream(target):
             move_into_place(source, target)
         else:
-            _require_room(source, target)
+            _require_movable(source, target)
     if not is_staged(folder):
         for below, _, names in os.walk(new):
             for name in (*names, ""):
@@ -159,7 +159,7 @@ def _move(source: Path, target: Path) -> None:
             raise  # else another process was faster
 
 
-def _require_room(source: Path, target: Path) -> None:
+def _require_movable(source: Path, target: Path) -> None:
     """Raise UserError where a file cannot be moved to its destination."""
     real = _place(source, target)
     home = next(folder for folder in real.parents if os.path.lexists(folder))
