@@ -23,7 +23,7 @@ STEP = 0.05
 PERIOD = 50_000_000
 BEARINGS = np.deg2rad(np.arange(-135.0, 135.0))
 STAGES = {"reading", "scan matching", "optimization", "rest"}
-SOME_PARTS = ("velocity filter", "support of loops")
+SOME_PARTS = ("refinement", "loop closure", "velocity filter", "support of loops")
 """Each takes a process; that all can be left out, is tested beside them."""
 
 
@@ -74,8 +74,6 @@ def test_every_table_and_the_figures(
     assert set(variants) == {
         "default",
         "without wheel odometry",
-        "without refinement",
-        "without loop closure",
         *(f"without {part}" for part in SOME_PARTS),
     }
     assert variants["without wheel odometry"]["translation_m"] != log["translation_m"]
