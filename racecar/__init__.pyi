@@ -11,8 +11,8 @@ from .maps import load_map as load_map
 from .maps import save_map as save_map
 from .pipelines import BagReader as BagReader
 from .pipelines import Config as Config
-from .pipelines import LocalizedBag as LocalizedBag
-from .pipelines import MappedBag as MappedBag
+from .pipelines import LocalizationRun as LocalizationRun
+from .pipelines import MapRun as MapRun
 from .pipelines import localize_bag as localize_bag
 from .pipelines import map_bag as map_bag
 from .sensors import Odometry as Odometry

@@ -30,9 +30,8 @@ from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.config_file import Config
-from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.mapping_run import build_map
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.sensors.measurement import Measurement
 
 
@@ -65,8 +64,7 @@ def _loaded_once(
 
 def _load(recording: RecordedDrive, settings: Config, seconds: float | None) -> AblationDrive:
     with BagReader(recording.bag) as reader:
-        calibrate(reader, quiet=True)
-        own = build_map(reader, settings.mapping, Report("racecar map"), quiet=True)
+        own = build_map(reader, settings, RunContext())
         end = np.inf if seconds is None else float(own.trajectory.stamps[0]) + seconds * 1e9
         messages = list(takewhile(lambda message: message.stamp < end, reader))
     if recording.map is None:

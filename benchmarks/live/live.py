@@ -25,12 +25,12 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.files.config_file import Config
-from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.live.ros.start import start_ros
 from racecar.pipelines.runs.evaluation.evaluation import compare
 from racecar.pipelines.runs.evaluation.wall_fit import WallFit
 from racecar.pipelines.runs.mapping_run import build_map
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.sensors.scan import Scan
 
 _DOMAINS = range(30, 100)
@@ -155,7 +155,7 @@ def play_to_mapper(drive: PlayedDrive, reader: BagReader, playback: Playback) ->
     """Map a drive offline, then play it to the node."""
     from benchmarks.live.played_node import play_to_node
 
-    offline = build_map(reader, playback.settings.mapping, Report("offline"), quiet=True).trajectory
+    offline = build_map(reader, playback.settings, RunContext(), learns_sensors=False).trajectory
     with TemporaryDirectory() as folder:
         out = Path(folder) / "map"
         arguments = ["live", "map", "--out", str(out)]

@@ -19,6 +19,7 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.calibration_run import calibrate
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.simulation.simulated_drive import simulate_drive
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.sensors.measurement import Measurement
@@ -97,7 +98,7 @@ def recorded_drives(folder: Path) -> Iterator[KnownDrive]:
             raise UserError(f"There is no bag beside {reference}.")
         with BagReader(bags[0]) as reader:
             mount = reader.base_from_laser
-            calibrate(reader, quiet=True)
+            calibrate(reader, RunContext())
             messages = list(reader)
         yield KnownDrive(reference.parent.name, messages, load_tum(reference), mount)
 

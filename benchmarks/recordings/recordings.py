@@ -24,8 +24,8 @@ from racecar.maps.map_files import load_map, save_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.config_file import Config
-from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.mapping_run import build_map
+from racecar.pipelines.runs.run_context import RunContext
 
 EVERY = 50
 """Scans for each one that is matched, as an exhaustive match takes seconds."""
@@ -96,7 +96,7 @@ def find_recordings(folder: Path) -> dict[str, RecordedDrive]:
 def match_recording(recording: RecordedDrive, settings: Config, seed: int = 0) -> RecordingFigures:
     """Localize a recording from anywhere on the map, and match every 50th scan."""
     with BagReader(recording.bag) as reader:
-        own = build_map(reader, settings.mapping, Report("racecar map"), quiet=True)
+        own = build_map(reader, settings, RunContext(), learns_sensors=False)
     grid = as_read(own.grid) if recording.map is None else load_map(recording.map)
     localizer = Localizer(grid, settings.localization, np.random.default_rng(seed))
     with BagReader(recording.bag) as reader:

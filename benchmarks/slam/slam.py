@@ -18,9 +18,11 @@ from benchmarks.slam.parts import PARTS
 from racecar.mapping.config import MappingConfig
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.commands.results import print_warnings
+from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.evaluation.relations import load_relations, relation_errors
 from racecar.pipelines.runs.mapping_run import build_map
+from racecar.pipelines.runs.run_context import RunContext
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +150,8 @@ def map_log(
     relations = load_relations(log.relations)
     report, variant = Report("python -m benchmarks slam"), PARTS.get(left_out or "", Variant())
     with variant.in_place(), BagReader(log.bag, use_odometry=left_out != _NO_WHEELS) as reader:
-        result = build_map(reader, variant.configured(settings), report, quiet=True)
+        config = Config(mapping=variant.configured(settings))
+        result = build_map(reader, config, RunContext(report), learns_sensors=False).result
     told = report.as_dict()
     accuracy = relation_errors(result.trajectory, relations).summary()
     false_loops = None

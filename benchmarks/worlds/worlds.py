@@ -22,9 +22,10 @@ from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.commands.results import print_warnings
+from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.mapping_run import build_map
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.simulation.driver import TICK
 from racecar.pipelines.simulation.simulator import START_NS, Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
@@ -159,8 +160,7 @@ def map_drive(world: World, seed: int, settings: MappingConfig) -> WorldDrive:
         bag = Path(folder) / "drive.bag"
         write_bag(simulation, bag, lambda share: None)
         with BagReader(bag) as reader:
-            calibrate(reader, quiet=True)
-            trajectory = build_map(reader, settings, report, quiet=True).trajectory
+            trajectory = build_map(reader, Config(mapping=settings), RunContext(report)).trajectory
     told = report.as_dict()
     true = _truth_at(simulation, trajectory)
     return WorldDrive(

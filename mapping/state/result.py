@@ -1,6 +1,6 @@
 """The result of a mapping run."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -28,27 +28,23 @@ WITHOUT_WHEELS = (
 
 @dataclass(frozen=True, eq=False)
 class MappingResult:
-    """The result of a mapping run."""
+    """A map: the result of a mapping run, and what is made of its session later."""
 
-    trajectory: Trajectory
-    """One pose of the base per scan."""
+    session: Session
+    """The session, for later drives to extend the map."""
     tiled: TiledGrid
     rendering: RenderingConfig
     """How the grid was drawn, and is to be written."""
-    map_from_keyframe: Pose
-    """(K, 3) base poses of all keyframes, those of earlier drives first."""
-    keyframe_indices: NDArray[np.int64]
-    """(L,) indices of scans that are keyframes: the last L of all keyframes."""
-    constraints: list[Constraint]
-    """Constraints between the bases of keyframes."""
-    session: Session
-    """The session, for later drives to extend the map."""
-    seconds: dict[str, float]
-    """Wall time by stage."""
-    counts: dict[str, int]
-    warnings: list[str]
-    """Sentences for people."""
+    trajectory: Trajectory
+    """One pose of the base per scan; none at all where they are not known any more."""
     quality: MapQuality
+    keyframe_indices: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """(L,) indices of scans that are keyframes: the last L of all keyframes."""
+    seconds: dict[str, float] = field(default_factory=dict)
+    """Wall time by stage."""
+    counts: dict[str, int] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+    """Sentences for people."""
     clouds: dict[int, NDArray[np.float32]] | None = None
     """(N, 3) deskewed points by keyframe of this drive, metres in the levelled laser frame; not for planar or
     trimmed ones. None if not requested."""
@@ -57,6 +53,16 @@ class MappingResult:
     def grid(self) -> OccupancyGrid:
         """The grid as one array. Raises UserError when it is too large."""
         return self.tiled.in_one_piece()
+
+    @cached_property
+    def map_from_keyframe(self) -> Pose:
+        """(K, 3) base poses of all keyframes, those of earlier drives first."""
+        return self.session.map_from_base
+
+    @cached_property
+    def constraints(self) -> list[Constraint]:
+        """Constraints between the bases of keyframes."""
+        return list(self.session.constraints_between_bases())
 
 
 def result_of(
@@ -70,17 +76,15 @@ def result_of(
     laser_from_base = state.reckoning.mounts.laser_from_base(state.drive.lasers)
     map_from_base = compose(map_from_laser, laser_from_base)
     return MappingResult(
-        trajectory=Trajectory(np.array(state.drive.stamps, dtype=np.int64), map_from_base),
-        tiled=drawn.tiled,
-        rendering=state.config.rendering,
-        map_from_keyframe=session.map_from_base,
+        session,
+        drawn.tiled,
+        state.config.rendering,
+        Trajectory(np.array(state.drive.stamps, dtype=np.int64), map_from_base),
+        quality,
         keyframe_indices=np.array(state.drive.keyframe_scans, dtype=np.int64),
-        constraints=list(session.constraints_between_bases()),
-        session=session,
         seconds=dict(state.seconds),
         counts=_counts(state, session),
         warnings=[*_warnings(state), *drawn.disregarded],
-        quality=quality,
         clouds=state.clouds,
     )
 

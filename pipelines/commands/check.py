@@ -4,14 +4,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecar.pipelines.commands.options import (
-    BagArgument,
-    ConfigOption,
-    JsonOption,
-    QuietOption,
-    ReadingFlags,
-)
-from racecar.pipelines.commands.results import NOT_GOOD_ENOUGH, where_figures_are
+from racecar.pipelines.commands.options import BagArgument, ConfigOption, ReadingFlags
+from racecar.pipelines.commands.results import NOT_GOOD_ENOUGH, EndFlags, where_figures_are
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,8 +23,7 @@ def check(
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 3 when a map of the bag would be wrong.")
     ] = False,
-    json: JsonOption = None,
-    quiet: QuietOption = False,
+    ending: EndFlags,
 ) -> None:
     """Show what is in a bag, and its problems, before you map it.
 
@@ -45,15 +38,15 @@ def check(
     with reading.parsed().open(bag, load_config(config).sensors) as reader:
         from racecar.pipelines.runs.calibration_run import check_reader  # once the bag's faults are reported
 
-        result = check_reader(reader, quiet=quiet)
-    if json is not None:
-        write_json(json, {"command": "racecar check", **result.as_dict()})
-    if not quiet:
+        result = check_reader(reader, ending.context("racecar check"))
+    if ending.json is not None:
+        write_json(ending.json, {"command": "racecar check", **result.as_dict()})
+    if not ending.quiet:
         cut = "" if result.part.is_whole else f", read from {result.part.words}"
         tables = (_topics_table(result), _facts_table(result), _findings_table(result))
         print_tables(*tables, title=f"{result.path}, {result.size_mb:.1f} MB{cut}")
-        if json is not None:
-            print(where_figures_are(json))
+        if ending.json is not None:
+            print(where_figures_are(ending.json))
     if strict and any(finding.spoils_map for finding in result.findings):
         raise typer.Exit(NOT_GOOD_ENOUGH)
 

@@ -74,8 +74,7 @@ def evaluate(
 
     from racecar.pipelines.commands.tables import print_tables
     from racecar.pipelines.files.report import write_json
-    from racecar.pipelines.runs.trajectory_evaluation import evaluate_all, plot_errors
-    from racecar.pipelines.runs.trajectory_files import load_trajectory
+    from racecar.pipelines.runs.trajectory_evaluation import evaluate_all, load_trajectory, plot_errors
 
     figures: dict[str, Any] = {"command": "racecar evaluate", "compared_with": reference or relations}
     if reference is not None:

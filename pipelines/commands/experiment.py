@@ -21,6 +21,7 @@ from racecar.pipelines.commands.options import (
     ScanTopicOption,
     SchedulerOption,
     SeedOption,
+    numbers_in,
 )
 from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.results import where_to_look
@@ -201,17 +202,14 @@ def _recording(flags: Mapping[str, Any], config: "Config") -> "Recording | None"
 
 
 def _numbers(text: str | None) -> tuple[float, ...] | None:
-    """Two or three numbers, from '3.2 -0.5' or '3.2,-0.5,1.57'."""
+    """Two or three numbers."""
     from math import isfinite
 
     from racecar.maps.errors import UserError
 
     if text is None:
         return None
-    try:
-        numbers = [float(word) for word in text.replace(",", " ").split()]
-    except ValueError:
-        numbers = []
+    numbers = numbers_in(text) or []
     if len(numbers) not in (2, 3) or not all(isfinite(number) for number in numbers):
         raise UserError(f"--end-pose is '{text}'; give x and y in metres and, if measured, yaw in radians.")
     return tuple(numbers)

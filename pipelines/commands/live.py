@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from racecar.pipelines.commands.live_simulate import simulate
-from racecar.pipelines.commands.options import ConfigOption, JsonOption, OutputFolderOption, SeedOption
+from racecar.pipelines.commands.options import (
+    ConfigOption,
+    JsonOption,
+    OutputFolderOption,
+    SeedOption,
+    StartOption,
+)
 from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.rendering_options import map_files
 from racecar.pipelines.commands.results import where_figures_are, where_to_look
@@ -70,14 +76,7 @@ def localize(
             "it, the node waits for a map on /map.",
         ),
     ] = None,
-    initial_pose: Annotated[
-        tuple[float, float, float] | None,
-        typer.Option(
-            "--initial-pose",
-            metavar="X Y YAW",
-            help="Where the car starts, in metres and radians of the map.",
-        ),
-    ] = None,
+    initial_pose: StartOption = None,
     anywhere: Annotated[
         bool, typer.Option("--global", help="Search the whole map, even if a pose is remembered.")
     ] = False,

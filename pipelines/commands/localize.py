@@ -8,20 +8,18 @@ import typer
 from racecar.pipelines.commands.options import (
     BagArgument,
     ConfigOption,
-    JsonOption,
     MapOption,
     OutputFolderOption,
-    QuietOption,
     ReadingFlags,
     RecordOption,
     SeedOption,
+    StartOption,
 )
 from racecar.pipelines.commands.outputs import Flags, WritesFolder
-from racecar.pipelines.commands.results import NOT_GOOD_ENOUGH, print_run, where_to_look
+from racecar.pipelines.commands.results import NOT_GOOD_ENOUGH, EndFlags
 
 if TYPE_CHECKING:
-    from racecar.localization.verdict.drive_quality import DriveQuality
-    from racecar.pipelines.files.report import Report
+    from racecar.pipelines.files.run_report import RunReport
 
 _WORTH_MENDING = 0.02
 """Share of the distance by which the odometry is wrong."""
@@ -37,14 +35,7 @@ def localize(
     bag: BagArgument,
     map: MapOption,
     out: Annotated[OutputFolderOption, WritesFolder(_names)],
-    initial_pose: Annotated[
-        tuple[float, float, float] | None,
-        typer.Option(
-            "--initial-pose",
-            metavar="X Y YAW",
-            help="Where the car starts, in metres and radians of the map.",
-        ),
-    ] = None,
+    initial_pose: StartOption = None,
     anywhere: Annotated[
         bool, typer.Option("--global", help="Search the whole map for where the car starts.")
     ] = False,
@@ -55,8 +46,7 @@ def localize(
         bool, typer.Option("--strict", help="Exit code 3 when the drive is not localized.")
     ] = False,
     seed: SeedOption = 0,
-    json: JsonOption = None,
-    quiet: QuietOption = False,
+    ending: EndFlags,
 ) -> None:
     """Estimate where the car was on a map: trajectory.tum, overlay.png and report.json.
 
@@ -70,60 +60,48 @@ def localize(
     from racecar.maps.map_files import load_map
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
-    from racecar.pipelines.files.report import Report
 
-    report = Report("racecar localize")
-    loaded = load_config(config)
-    report.add("inputs", {"bag": bag, "map": map, "config": config})
-    with output_folder(out) as folder, reading.parsed().open(bag, loaded.sensors) as reader:
+    context, settings = ending.context("racecar localize"), load_config(config)
+    context.report.add("inputs", {"bag": bag, "map": map, "config": config})
+    with output_folder(out) as folder, reading.parsed().open(bag, settings.sensors) as reader:
         grid = load_map(map)
-        with report.stage("loading"):  # after bag and map, so that their faults are reported at once
+        with context.report.stage("loading"):  # after bag and map, so that their faults are reported at once
             from racecar.localization.verdict.drive_quality import DriveVerdict
-            from racecar.pipelines.runs.localized_bag import localize_reader
-        localized = localize_reader(
+            from racecar.pipelines.runs.localization_run import run_localization
+        run = run_localization(
             reader,
             grid,
-            loaded,
-            report,
+            settings,
+            context,
             map_path=map,
             initial_pose=initial_pose,
             anywhere=anywhere,
             seed=seed,
-            quiet=quiet,
             record_into=folder if record else None,
         )
-        localized.write(folder)
-    if json is not None:
-        report.write(json)
-    quality = localized.quality
-    if not quiet:
-        sentences = summary(report, quality)
-        print_run(report, sentences, where_to_look(out, "overlay.png", json), quality.summary)
-    if strict and quality.verdict != DriveVerdict.LOCALIZED:
+        run.write(folder)
+    is_localized = run.quality.verdict == DriveVerdict.LOCALIZED
+    sentences = summary(run.report.contents, is_localized=is_localized)
+    ending.end(run.report, sentences, out, "overlay.png", run.quality.summary)
+    if strict and not is_localized:
         raise typer.Exit(NOT_GOOD_ENOUGH)
 
 
-def summary(report: "Report", quality: "DriveQuality") -> list[str]:
+def summary(report: "RunReport", *, is_localized: bool) -> list[str]:
     """How well the scans fit the map, how fast it went, and what is wrong with the odometry, in sentences."""
-    from racecar.localization.verdict.drive_quality import DriveVerdict
-
-    figures = report.as_dict()
-    counts, accuracy, update = figures["counts"], figures["accuracy"], figures["update_ms"]
-    share = accuracy["share_of_end_points_within_0.10_m_of_a_wall"] or 0.0
+    counts, accuracy, update = report.counts, report.accuracy, report.update_ms
     sentences = [
-        f"{counts['scans']} scans over {counts['path_metres']:.1f} m of path.",
-        f"{share:.0%} of the scans' end points lie within 0.10 m of a wall.",
+        f"{counts.scans} scans over {counts.path_metres or 0.0:.1f} m of path.",
+        f"{accuracy.share_on_walls or 0.0:.0%} of the scans' end points lie within 0.10 m of a wall.",
     ]
-    if "against_mapping_trajectory" in accuracy:
-        error = accuracy["against_mapping_trajectory"]["absolute_position_m"]["mean"]
+    if (error := accuracy.against_mapping_trajectory.absolute_position_m.mean) is not None:
         sentences.append(f"The mapping trajectory is {error:.3f} m away on average.")
-    if update["mean"] is not None:
+    if update.mean is not None and update.percentile_99 is not None:
         sentences.append(
-            f"A scan took {update['mean']:.1f} ms, 99% of them under {update['percentile_99']:.1f} ms."
+            f"A scan took {update.mean:.1f} ms, 99% of them under {update.percentile_99:.1f} ms."
         )
-    fault = figures.get("odometry_faults", {"distance": 0.0})["distance"]
-    # A car that is lost learns nothing true.
-    if abs(fault) > _WORTH_MENDING and quality.verdict == DriveVerdict.LOCALIZED:
+    fault = report.odometry_faults.distance
+    if abs(fault) > _WORTH_MENDING and is_localized:  # a car that is lost learns nothing true
         sentences.append(
             f"Odometry reports distances {abs(fault):.0%} too {'short' if fault > 0.0 else 'long'}; the "
             "localizer corrects that. To remedy it, change the gain from motor to speed."

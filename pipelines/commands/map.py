@@ -8,9 +8,7 @@ import typer
 
 from racecar.pipelines.commands.options import (
     ConfigOption,
-    JsonOption,
     OutputFolderOption,
-    QuietOption,
     ReadingFlags,
     RecordOption,
     SchedulerOption,
@@ -18,7 +16,7 @@ from racecar.pipelines.commands.options import (
 )
 from racecar.pipelines.commands.outputs import Flags, WritesFolder
 from racecar.pipelines.commands.rendering_options import FileFlags, map_files
-from racecar.pipelines.commands.results import INTERRUPTED, NOT_GOOD_ENOUGH, print_run, where_to_look
+from racecar.pipelines.commands.results import INTERRUPTED, NOT_GOOD_ENOUGH, EndFlags
 
 if TYPE_CHECKING:
     from racecar.pipelines.runs.mapping_job import MappingJob
@@ -71,7 +69,7 @@ JobsOption = Annotated[
 
 def _names(flags: Flags) -> Collection[str]:
     """Of what is written into --out."""
-    from racecar.pipelines.runs.batch.batch_results import FIGURES, PAGE
+    from racecar.pipelines.runs.batch.batch_run import FIGURES, PAGE
 
     return map_files(flags) if flags["batch"] is None else (PAGE, FIGURES)
 
@@ -97,8 +95,7 @@ def map(
         ),
     ] = False,
     seed: SeedOption = 0,
-    json: JsonOption = None,
-    quiet: QuietOption = False,
+    ending: EndFlags,
 ) -> None:
     """Build a map from a bag: map.png, map.yaml and map.pgm, trajectory.tum, report.json and more.
 
@@ -127,12 +124,12 @@ def map(
         seed=seed,
     )
     if batch is None:
-        _map_one(job, strict=strict, json=json, quiet=quiet)
+        _map_one(job, ending, strict=strict)
     else:
         from racecar.pipelines.commands.map_many import map_many
         from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
-        map_many(job, batch, ParallelRuns(scheduler, quiet, jobs), strict=strict, json=json)
+        map_many(job, batch, ParallelRuns(scheduler, ending.quiet, jobs), strict=strict, json=ending.json)
 
 
 def _refuse_contradiction(
@@ -159,27 +156,18 @@ def _refuse_contradiction(
         raise UserError("--jobs is for this machine; on a cluster, start fewer workers or more instead.")
 
 
-def _map_one(job: "MappingJob", *, strict: bool, json: Path | None, quiet: bool) -> None:
-    from racecar.pipelines.files.report import Report
+def _map_one(job: "MappingJob", ending: EndFlags, *, strict: bool) -> None:
     from racecar.pipelines.runs.interrupts import STOP_SIGNALS
     from racecar.pipelines.runs.mapping_job import carry_out
 
-    report = Report("racecar map")
-    mapped = carry_out(job, report, quiet=quiet, stop_signals=STOP_SIGNALS)
-    if json is not None:
-        report.write(json)
-    from racecar.mapping.quality.map_quality import Verdict
-
-    figures = report.as_dict()
-    counts, result = figures["counts"], figures["result"]
-    width, height = result["map_metres"]
-    if not quiet:
-        done = (
-            f"Mapped {counts['scans']} scans over {result['path_metres']:.1f} m of path into a map of "
-            f"{width:.0f} × {height:.0f} m in {figures['stages']['total']['wall_seconds']:.1f} s."
-        )
-        print_run(report, [done], where_to_look(job.out, "map.png", json), mapped.quality.summary)
-    if counts.get("interrupted"):
+    run = carry_out(job, ending.context("racecar map", stop_signals=STOP_SIGNALS))
+    report, (width, height) = run.report.contents, run.result.tiled.metres
+    done = (
+        f"Mapped {len(run.trajectory)} scans over {report.result.path_metres or 0.0:.1f} m of path into a "
+        f"map of {width:.0f} × {height:.0f} m in {run.report.seconds:.1f} s."
+    )
+    ending.end(run.report, [done], job.out, "map.png", run.quality.summary)
+    if report.counts.interrupted:
         raise typer.Exit(INTERRUPTED)
-    if strict and mapped.quality.verdict == Verdict.WRONG:
+    if strict and run.quality.verdict.value == "wrong":
         raise typer.Exit(NOT_GOOD_ENOUGH)

@@ -18,12 +18,10 @@ from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.batch.bag_search import find_bags
 from racecar.pipelines.runs.batch.batch_page import headline, shown
-from racecar.pipelines.runs.batch.batch_results import FIGURES, PAGE, BatchResults
-from racecar.pipelines.runs.batch.batch_row import BatchRow, Outcome, mapped_row
-from racecar.pipelines.runs.batch.batch_run import map_all
+from racecar.pipelines.runs.batch.batch_row import BatchRow, Outcome
+from racecar.pipelines.runs.batch.batch_run import FIGURES, PAGE, Batch
 from racecar.pipelines.runs.batch.run_folders import run_folders
-from racecar.pipelines.runs.map_outputs import outputs_with
-from racecar.pipelines.runs.mapping_job import MappingJob, is_done
+from racecar.pipelines.runs.mapping_job import MappingJob
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 _COLORS = {
@@ -36,38 +34,31 @@ _COLORS = {
 
 
 def map_many(
-    pattern: MappingJob, batch: Path, parallel: ParallelRuns, *, strict: bool, json: Path | None
+    pattern: MappingJob, listed: Path, parallel: ParallelRuns, *, strict: bool, json: Path | None
 ) -> None:
-    """Do with each bag of a batch what the pattern says of one, in a folder of its own in the pattern's."""
+    """Do with each bag that is ``listed`` what the pattern says of one, in a folder of its own in the
+    pattern's."""
     out = pattern.out
-    outputs_with(pattern.requested)  # what is missing for them is reported now, not after hours
-    with output_folder(out):  # and so is a place that cannot be written to
-        jobs = _jobs(pattern, find_bags(batch, out))
-    report = _report(pattern, batch)
-    results = BatchResults(jobs, out, report, _made_by(pattern, batch))
-    done = [job for job in jobs if is_done(job)]
-    for job in done:
-        results.add(mapped_row(job))
-    results.write()
+    with output_folder(out):  # a place that cannot be written to is reported now, not after hours
+        jobs = _jobs(pattern, find_bags(listed, out))
+    report = _report(pattern, listed)
+    batch = Batch(jobs, out, report, _made_by(pattern, listed))
     announce = teller(quiet=parallel.quiet, on_stderr=True)
-    if done:
-        announce(f"{len(done)} of {len(jobs)} bags are mapped already.")
-    waiting = [job for job in jobs if job not in done]
+    if done := sum(row.outcome.has_map for row in batch.rows):
+        announce(f"{done} of {len(jobs)} bags are mapped already.")
     try:
-        for number, row in enumerate(map_all(waiting, parallel), start=len(done) + 1):
-            results.add(row)
-            results.write()
+        for number, row in enumerate(batch.map_waiting(parallel), start=done + 1):
             announce(_row_line(row, number, len(jobs)))
     except KeyboardInterrupt:
-        announce(f"Stopped at {headline(results.rows)}. The same command goes on from here.")
+        announce(f"Stopped at {headline(batch.rows)}. The same command goes on from here.")
         raise typer.Exit(INTERRUPTED) from None
     if json is not None:
         report.write(json)
     if parallel.quiet:
-        _print_failures(results.rows)
+        _print_failures(batch.rows)
     else:
-        _print_batch(results.rows, out, json)
-    _leave(results.rows, out, strict)
+        _print_batch(batch.rows, out, json)
+    _leave(batch.rows, out, strict)
 
 
 def _jobs(pattern: MappingJob, bags: Sequence[Path]) -> list[MappingJob]:

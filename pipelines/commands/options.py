@@ -47,6 +47,12 @@ MapOption = Annotated[
         help="A map's YAML file, a folder with map.yaml, or a shipped map: building, track.",
     ),
 ]
+StartOption = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option(
+        "--initial-pose", metavar="X Y YAW", help="Where the car starts, in metres and radians of the map."
+    ),
+]
 ConfigOption = Annotated[
     Path | None, typer.Option("--config", metavar="FILE", help="YAML file that overrides settings.")
 ]
@@ -70,19 +76,19 @@ def join_laser_pose(arguments: Sequence[str]) -> list[str]:
     joined: list[str] = []
     for argument in arguments:
         is_room = joined[-2:-1] == [_LASER_POSE] and len(joined[-1].split()) < _MOST_NUMBERS
-        if is_room and _is_number(argument):
+        if is_room and len(numbers_in(argument) or ()) == 1:
             joined[-1] += f" {argument}"
         else:
             joined.append(argument)
     return joined
 
 
-def _is_number(argument: str) -> bool:
+def numbers_in(text: str) -> list[float] | None:
+    """With blanks or commas between them, as in '3.2 -0.5' or '3.2,-0.5'; None where it is something else."""
     try:
-        float(argument)
+        return [float(number) for number in text.replace(",", " ").split()]
     except ValueError:
-        return False
-    return True
+        return None
 
 
 def parse_laser_pose(text: str) -> tuple[float, ...]:
@@ -90,10 +96,7 @@ def parse_laser_pose(text: str) -> tuple[float, ...]:
     from racecar.maps.errors import UserError
     from racecar.pipelines.bags.car_frames import slip_in
 
-    try:
-        numbers = tuple(float(number) for number in text.replace(",", " ").split())
-    except ValueError:
-        numbers = ()
+    numbers = tuple(numbers_in(text) or ())
     if len(numbers) not in (3, 4) or not all(abs(number) < _FARTHEST for number in numbers):
         raise UserError(
             f"{_LASER_POSE} {text!r} is not a place: give X Y YAW in metres and radians, and ROLL, 3.1416, "

@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
-from racecar.pipelines.commands.options import ConfigOption, JsonOption, OutputFolderOption, QuietOption
+from racecar.pipelines.commands.options import ConfigOption, OutputFolderOption
 from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.rendering_options import DrawingFlags, FileFlags, RunArgument, map_files
-from racecar.pipelines.commands.results import print_run, where_to_look
+from racecar.pipelines.commands.results import EndFlags
 
 EditsOption = Annotated[
     Path | None,
@@ -28,8 +28,7 @@ def render(
     drawing: DrawingFlags,
     files: FileFlags,
     edits: EditsOption = None,
-    json: JsonOption = None,
-    quiet: QuietOption = False,
+    ending: EndFlags,
 ) -> None:
     """Draw the map of a run again, from its session.npz alone: straight, cropped, finer, as vectors.
 
@@ -38,28 +37,13 @@ def render(
     Example: racecar render runs/drive --out runs/straight --turn walls --crop driven --dxf
     """
     from racecar.pipelines.files.config_file import load_config
-    from racecar.pipelines.files.report import Report
 
-    report = Report("racecar render")
-    settings = drawing.over(load_config(config).mapping)
-    with report.stage("loading"):
-        from racecar.pipelines.files.edits_file import edits_beside, load_edits
-        from racecar.pipelines.runs.render_run import render_into
-    render_into(
-        out,
-        run,
-        settings,
-        edits_beside(run) if edits is None else load_edits(edits),
-        report,
-        edits_from=run if edits is None else edits,
-        requested=files.requested,
-    )
-    if json is not None:
-        report.write(json)
-    if quiet:
-        return
-    figures = report.as_dict()
-    width, height = figures["result"]["map_metres"]
-    seconds = figures["stages"]["total"]["wall_seconds"]
-    done = f"Rendered a map of {width:.0f} × {height:.0f} m in {seconds:.1f} s."
-    print_run(report, [done], where_to_look(out, "map.png", json))
+    context = ending.context("racecar render")
+    settings, requested = drawing.over(load_config(config).mapping), files.requested
+    with context.report.stage("loading"):
+        from racecar.pipelines.runs.render_run import render_run
+    drawn = render_run(run, settings, context, edits)
+    drawn.save(out, requested)
+    width, height = drawn.result.tiled.metres
+    done = f"Rendered a map of {width:.0f} × {height:.0f} m in {drawn.report.seconds:.1f} s."
+    ending.end(drawn.report, [done], out, "map.png")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from racecar.pipelines.commands.options import numbers_in
 from racecar.pipelines.commands.outputs import Flags
 
 if TYPE_CHECKING:
@@ -44,8 +45,14 @@ class FileFlags:
 
     @property
     def requested(self) -> tuple[str, ...]:
-        """The names of the files."""
-        return tuple(name for flag, name in _REQUESTED.items() if getattr(self, flag))
+        """The names of the files. Raises UserError when something that they need is not installed, before any
+        work is done."""
+        names = tuple(name for flag, name in _REQUESTED.items() if getattr(self, flag))
+        if names:
+            from racecar.pipelines.runs.map_outputs import outputs_with
+
+            outputs_with(names)
+        return names
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +122,7 @@ class DrawingFlags:
         from racecar.pipelines.files.config_file import as_clause
 
         given = {
-            "turn": _number_or_word(self.turn),
+            "turn": _one_or_word(self.turn),
             "crop": _numbers_or_word(self.crop),
             "origin": _numbers_or_word(self.origin),
             "left_out": [_numbers_or_word(span) for span in self.leave_out] if self.leave_out else None,
@@ -146,16 +153,11 @@ def map_files(flags: Flags) -> Collection[str]:
     return {*MAP_FILES, *(name for flag, name in asked_for.items() if flags.get(flag))}
 
 
-def _number_or_word(text: str | None) -> float | str | None:
-    try:
-        return None if text is None else float(text)
-    except ValueError:
-        return text
-
-
 def _numbers_or_word(text: str | None) -> list[float] | str | None:
-    """Numbers with blanks or commas between them; the text where it is something else."""
-    try:
-        return None if text is None else [float(number) for number in text.replace(",", " ").split()]
-    except ValueError:
-        return text
+    """The text where it holds something else."""
+    return None if text is None else numbers_in(text) or text
+
+
+def _one_or_word(text: str | None) -> float | str | None:
+    numbers = numbers_in(text or "") or ()
+    return numbers[0] if len(numbers) == 1 else text

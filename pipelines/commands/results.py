@@ -2,13 +2,17 @@
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from racecar.pipelines.commands.options import JsonOption, QuietOption
+from racecar.pipelines.commands.terminal import teller
 from racecar.pipelines.files.outputs import written_to
 
 if TYPE_CHECKING:
     from racecar.pipelines.files.report import Report
+    from racecar.pipelines.runs.run_context import RunContext
 
 NOT_GOOD_ENOUGH = 3
 """Exit code with --strict: the command did its work, and what came of it is not to be used."""
@@ -18,14 +22,35 @@ _MOST_NAMES = 12
 """Above these, files are counted by kind, so that they fit on a line or two."""
 
 
-def print_run(report: "Report", sentences: Sequence[str], where: str, verdict: str = "") -> None:
-    """What was done, the report's warnings, where the files are, and what they are worth."""
-    for sentence in sentences:
-        print(sentence)
-    print_warnings(report.warnings)
-    print(where)
-    if verdict:
-        print(verdict)
+@dataclass(frozen=True, kw_only=True)
+class EndFlags:
+    """Where the figures of a run go, and whether it tells what it did."""
+
+    json: JsonOption = None
+    quiet: QuietOption = False
+
+    def context(self, command: str, **more: Any) -> "RunContext":
+        """What accompanies the run of a command."""
+        from racecar.pipelines.files.report import Report
+        from racecar.pipelines.runs.run_context import RunContext
+
+        return RunContext(Report(command), quiet=self.quiet, announce=teller(quiet=self.quiet), **more)
+
+    def end(
+        self, report: "Report", sentences: Sequence[str], folder: Path, first: str, verdict: str = ""
+    ) -> None:
+        """Write the figures, and say what was done, the report's warnings, where the files are, of which one
+        is to be opened ``first``, and what they are worth."""
+        if self.json is not None:
+            report.write(self.json)
+        if self.quiet:
+            return
+        for sentence in sentences:
+            print(sentence)
+        print_warnings(report.warnings)
+        print(where_to_look(folder, first, self.json))
+        if verdict:
+            print(verdict)
 
 
 def print_warnings(sentences: Iterable[str]) -> None:

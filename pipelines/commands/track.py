@@ -5,10 +5,9 @@ from typing import Annotated
 
 import typer
 
-from racecar.pipelines.commands.options import JsonOption, QuietOption
 from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.rendering_options import RunArgument
-from racecar.pipelines.commands.results import print_run, where_to_look
+from racecar.pipelines.commands.results import EndFlags
 
 SpacingOption = Annotated[
     float,
@@ -30,12 +29,12 @@ OutOption = Annotated[
 
 
 def track(
+    *,
     run: RunArgument,
     out: OutOption = None,
     spacing: SpacingOption = 0.1,
     smoothing: SmoothingOption = 0.5,
-    json: JsonOption = None,
-    quiet: QuietOption = False,
+    ending: EndFlags,
 ) -> None:
     """Find the race track on a map: its centre line, how far it is to both sides, and a picture of it.
 
@@ -45,22 +44,15 @@ def track(
     Example: racecar track runs/drive
     """
     from racecar.pipelines.files.outputs import output_folder
-    from racecar.pipelines.files.report import Report
 
-    report = Report("racecar track")
-    place = run if out is None else out
+    context, place = ending.context("racecar track"), run if out is None else out
     with output_folder(place) as folder:
-        with report.stage("loading"):
+        with context.report.stage("loading"):
             from racecar.pipelines.runs.track_run import find_track, save_track
-        found = find_track(run, report, spacing=spacing, smoothing=smoothing)
-        save_track(found, report, folder, title=run.absolute().name)
-    if json is not None:
-        report.write(json)
-    if quiet:
-        return
-    figures = report.as_dict()["track"]
+        found = find_track(run, context, spacing=spacing, smoothing=smoothing)
+        save_track(found, context.report, folder, title=run.absolute().name)
+    widths = found.line.left + found.line.right
     done = (
-        f"The track is {figures['length_m']:.1f} m long, and {figures['narrowest_m']:.2f} to "
-        f"{figures['widest_m']:.2f} m wide."
+        f"The track is {found.line.length:.1f} m long, and {widths.min():.2f} to {widths.max():.2f} m wide."
     )
-    print_run(report, [done], where_to_look(place, "track.png", json))
+    ending.end(context.report, [done], place, "track.png")

@@ -9,8 +9,8 @@ from pathlib import Path
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.warm_up import warm_up as warm_up_localizer
 from racecar.maps.map_files import load_map
-from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.demo_run import run_demo
+from racecar.pipelines.runs.run_context import RunContext
 
 
 def warm_up() -> None:
@@ -19,12 +19,10 @@ def warm_up() -> None:
         run_demo(
             load_map("ring"),
             Path(folder),
-            Report("warm up"),
+            RunContext(),
             seed=0,
             mapping_seconds=14.0,  # more than a round, so that loops are closed
             localization_seconds=1.0,
-            announce=lambda sentence: None,
-            quiet=True,
         )
     warm_up_localizer(LocalizationConfig())  # a search of the map, too, as live nodes begin with
 

@@ -44,7 +44,7 @@ def beams_and_particles(settings: ExperimentSettings, parallel: ParallelRuns) ->
     }
     runs = sweep(parallel, "Beams and particles", drive_errors, cases, seeds)
     warm_up(LocalizationConfig())
-    times = parallel.here("Timing", milliseconds, list(cases.values()))
+    times = parallel.here.run("Timing", milliseconds, list(cases.values()))
     shape = (len(beams), len(particles))
     figures = {
         "beams": beams,

@@ -32,7 +32,7 @@ def motion_model(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
     config = settings.localization
     variants = {"without noise": with_motion_noise(config, _TINY), "with noise": config}
     arguments = [(variant, settings.seed) for variant in variants.values()]
-    driven = parallel.here("Motion model", drive_blindly, arguments)
+    driven = parallel.here.run("Motion model", drive_blindly, arguments)
     clouds = dict(zip(variants, driven, strict=True))
     deviations = {name: [_deviation(cloud) for cloud in of_one] for name, of_one in clouds.items()}
     page = Page(

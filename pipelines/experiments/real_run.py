@@ -79,7 +79,7 @@ def localized(
         shares.append(walls.share_of_points(points))
         moments.add(judge.path_metres, Moment(scan.stamp, estimate.map_from_base, points, shares[-1]))
 
-    run = parallel.here("Real run", track, [(localizer, recording.messages(), watch)])[0]
+    run = parallel.here.run("Real run", track, [(localizer, recording.messages(), watch)])[0]
     return LocalizedRecording(recording, run, judge.path_metres, np.array(shares), moments.moments)
 
 

@@ -16,9 +16,7 @@ from typing import Any
 import numpy as np
 
 from racecar.maps.whole_files import write_atomically
-from racecar.maps.whole_folders import MOVED_LAST
-
-REPORT_FILE = MOVED_LAST
+from racecar.pipelines.files.run_report import RunReport
 
 _REPORTED_PACKAGES = ("racecar-slam", "numpy", "numba", "scipy", "gtsam", "kiss-icp", "rosbags", "evo")
 
@@ -57,10 +55,20 @@ class Report:
         """The sentences so far."""
         return list(self._warnings)
 
+    @property
+    def seconds(self) -> float:
+        """Since the run began."""
+        return time.perf_counter() - self._started_wall
+
+    @property
+    def contents(self) -> RunReport:
+        """Everything so far, as whoever reads the file finds it."""
+        return RunReport.model_validate(self.as_dict())
+
     def as_dict(self) -> dict[str, Any]:
         """Everything so far, in types that JSON knows; a number that is not finite becomes None."""
         total = {
-            "wall_seconds": time.perf_counter() - self._started_wall,
+            "wall_seconds": self.seconds,
             "cpu_seconds": time.process_time() - self._started_cpu,
         }
         contents: dict[str, Any] = _plain(

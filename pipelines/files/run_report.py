@@ -1,6 +1,9 @@
-"""report.json of an earlier run, read back: what is not as it should be is left out, and told."""
+"""What report.json says, as far as anything reads it: of a file what is not as it should be is left out, and
+told."""
 
 import json
+import math
+from os.path import realpath
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +13,10 @@ from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.text_files import read_text
-from racecar.maps.whole_folders import finish_replacing
+from racecar.maps.whole_folders import MOVED_LAST, finish_replacing
 from racecar.pipelines.files.lenient import Count, Flag, Lenient, Number, Text
-from racecar.pipelines.files.report import REPORT_FILE
+
+REPORT_FILE = MOVED_LAST
 
 _MOST_BYTES = 10_000_000
 """Of a report, since the longest of ours have a hundredth."""
@@ -26,6 +30,11 @@ class PartRead(Lenient):
     start: Number = 0.0
     duration: Number | None = None
 
+    @property
+    def end(self) -> float:
+        """Infinite where it was read to its end."""
+        return math.inf if self.duration is None else self.start + self.duration
+
 
 class Inputs(Lenient):
     """What a run was made from."""
@@ -37,12 +46,23 @@ class Inputs(Lenient):
     map: Text | None = None
     run_digest: Text | None = None
 
+    def is_at_path_of(self, bag: Path) -> bool:
+        """Whether the bag was read from there, whatever became of the file."""
+        return self.bag is not None and "\0" not in self.bag and realpath(self.bag) == realpath(bag)
+
+    def is_within(self, other: "Inputs") -> bool:
+        """Whether all that was read of the bag is known to be in what another run read, by the bag's
+        content."""
+        is_same_bag = self.bag_fingerprint is not None and self.bag_fingerprint == other.bag_fingerprint
+        return is_same_bag and other.part.start <= self.part.start and self.part.end <= other.part.end
+
 
 class Counts(Lenient):
     """What was read, mended and found."""
 
     scans: Count | None = None
     loop_closures: Count | None = None
+    sessions: Count | None = None
     path_metres: Number | None = None
     interrupted: Flag = False
 
@@ -75,9 +95,22 @@ class Quality(Lenient):
     segments: tuple[Segment, ...] = ()
 
 
-class Accuracy(Lenient):
-    """How scans lie on the map."""
+class Distances(Lenient):
+    """Of one trajectory from another, in metres."""
 
+    mean: Number | None = None
+
+
+class Comparison(Lenient):
+    """A trajectory beside another one."""
+
+    absolute_position_m: Distances = Distances()
+
+
+class Accuracy(Lenient):
+    """How scans lie on the map, and how far the poses are from others."""
+
+    against_mapping_trajectory: Comparison = Comparison()
     share_on_walls: Number | None = Field(default=None, alias="share_of_end_points_within_0.10_m_of_a_wall")
 
 
@@ -91,6 +124,20 @@ class Consistency(Lenient):
     """How the constraints agree with the solution."""
 
     scan_matching: ScanMatching = ScanMatching()
+
+
+class UpdateTimes(Lenient):
+    """Milliseconds that the localizer took for a scan."""
+
+    mean: Number | None = None
+    percentile_99: Number | None = None
+
+
+class OdometryFaults(Lenient):
+    """By what the wheels are wrong."""
+
+    distance: Number = 0.0
+    """Share of the distance that they fall short."""
 
 
 class Stage(Lenient):
@@ -115,6 +162,8 @@ class RunReport(Lenient):
     quality: Quality = Quality()
     accuracy: Accuracy = Accuracy()
     consistency: Consistency = Consistency()
+    update_ms: UpdateTimes = UpdateTimes()
+    odometry_faults: OdometryFaults = OdometryFaults()
     stages: Stages = Stages()
     warnings: tuple[Text, ...] = ()
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.check import BagCheck, check_bag
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.runs.progress import progress_bar
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.sensors.corrections import Corrections
 from racecar.sensors.findings import Finding
 from racecar.sensors.motion.lag import NOTICEABLE
@@ -15,7 +15,7 @@ from racecar.sensors.self_calibration.self_calibration import MOST, SelfCalibrat
 from racecar.sensors.self_calibration.turn_agreement import USUAL_LAG
 
 
-def calibrate(reader: BagReader, *, quiet: bool) -> list[Finding]:
+def calibrate(reader: BagReader, context: RunContext) -> list[Finding]:
     """Let the reader correct what the beginning of its bag proves to be wrong, and say so in its findings.
 
     Returned is what whoever maps the bag, or localizes on it, will find out by himself: it is not corrected
@@ -30,7 +30,7 @@ def calibrate(reader: BagReader, *, quiet: bool) -> list[Finding]:
         is_upside_down=reader.laser_is_upside_down,
         is_alone=len(reader.scan_topics) == 1,
     )
-    with progress_bar("Looking at the sensors", MOST, quiet=quiet) as advance_to:
+    with context.progress("Looking at the sensors", MOST) as advance_to:
         calibrator = SelfCalibrator(asks_wheels=known.odom_topic is not None)
         learned = _learn(reader, calibrator, known, advance_to)
     corrections = learned_corrections(learned, known)
@@ -38,13 +38,13 @@ def calibrate(reader: BagReader, *, quiet: bool) -> list[Finding]:
     return [*_foreseen_lag(learned, corrections), *_foreseen_gyro(learned, corrections)]
 
 
-def check_reader(reader: BagReader, *, quiet: bool) -> BagCheck:
+def check_reader(reader: BagReader, context: RunContext) -> BagCheck:
     """What is in an open bag, what is wrong with it, and what whoever maps it will find out.
 
     The bag is read once, and its beginning twice. Raises UserError when no scan of it is usable.
     """
-    foreseen = calibrate(reader, quiet=quiet)
-    with progress_bar("Reading", reader.message_count, quiet=quiet) as advance_to:
+    foreseen = calibrate(reader, context)
+    with context.progress("Reading", reader.message_count) as advance_to:
         checked = check_bag(reader, advance_to)
     checked.findings.extend(foreseen)
     return checked

@@ -1,8 +1,11 @@
-"""From a bag and a map to the car's poses and their files: what all that localize in a bag share."""
+"""A bag and a map become the car's poses: ``racecar.localize_bag`` of Python, and ``racecar localize``."""
 
 import time
+from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,26 +13,43 @@ from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
-from racecar.maps.geometry.se2 import IDENTITY, transform_points
+from racecar.localization.warm_up import warm_up
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import IDENTITY, Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
+from racecar.pipelines.files.config_file import Config, ConfigSource, load_config
 from racecar.pipelines.files.optional_packages import is_installed, left_out
+from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.pictures.moments import Moment, MomentsAlong
-from racecar.pipelines.files.report import REPORT_FILE, Report
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.run_report import REPORT_FILE
 from racecar.pipelines.files.tum import save_tum
+from racecar.pipelines.runs.bag_reading import opened_bag
+from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.evaluation.evaluation import compare
 from racecar.pipelines.runs.evaluation.wall_fit import WallFit
-from racecar.pipelines.runs.map_cautions import cautions_of_fit, cautions_of_resolution, cautions_of_walls
-from racecar.pipelines.runs.progress import progress_bar
-from racecar.pipelines.runs.view.recorder import Recorder
+from racecar.pipelines.runs.map_cautions import (
+    cautions_of_fit,
+    cautions_of_path,
+    cautions_of_resolution,
+    cautions_of_walls,
+)
+from racecar.pipelines.runs.mapping_drive import has_mapping_drive, mapping_trajectory
+from racecar.pipelines.runs.run_context import RunContext
+from racecar.pipelines.runs.view.recorder import Recorder, recording
 from racecar.sensors.findings import times
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
-LOCALIZATION_FILES = ("overlay.png", "trajectory.tum", REPORT_FILE)
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LOCALIZATION_FILES = ("trajectory.tum", "overlay.png", REPORT_FILE)
 
 _CONVERGED = 0.2
 """Metres of standard deviation within which the pose counts as found."""
@@ -42,54 +62,175 @@ leaves out scans before the first odometry."""
 
 @dataclass(eq=False)
 class LocalizationRun:
-    """The localizer's estimates over a bag, one entry per scan, and what they are worth."""
+    """Where the car was on a map, and what the poses are worth."""
 
-    judge: DriveJudge
+    grid: OccupancyGrid
+    """The map."""
+    report: Report
+    """The contents of report.json."""
+    title: str
+    """The bag's name."""
+    judge: DriveJudge = field(default_factory=DriveJudge)
     estimates: list[PoseEstimate] = field(default_factory=list)
+    """The pose with its covariance (3, 3) at each scan."""
     shares_on_wall: list[float] = field(default_factory=list)
+    """Of the end points of each scan."""
     update_seconds: list[float] = field(default_factory=list)
+    """That the answer to each scan took."""
     along: MomentsAlong = field(default_factory=lambda: MomentsAlong(_MOMENTS))
     """Scans to be laid over the map."""
-
-    @property
-    def quality(self) -> DriveQuality:
-        """What the poses are worth."""
-        return self.judge.quality
+    reference: Trajectory | None = None
+    """The path that the mapper found, when the bag is the one that made the map."""
 
     @property
     def trajectory(self) -> Trajectory:
-        """The poses; scans out of order, which repeat a pose, are left out."""
+        """The car at each scan: ``stamps`` (N,) in nanoseconds, ``map_from_base`` (N, 3) in metres, metres
+        and radians. Scans out of order, which repeat a pose, are left out."""
         stamps = np.array([estimate.stamp for estimate in self.estimates], dtype=np.int64)
         poses = np.array([estimate.map_from_base for estimate in self.estimates])
         newest = np.maximum.accumulate(stamps)
         is_new = np.append(True, stamps[1:] > newest[:-1])
         return Trajectory(stamps[is_new], poses[is_new])
 
+    @property
+    def quality(self) -> DriveQuality:
+        """The verdict (localized, uncertain or lost), and the reasons."""
+        return self.judge.quality
+
+    @property
+    def warnings(self) -> list[str]:
+        """What is wrong with the bag or doubtful about the poses, one sentence each."""
+        return self.report.warnings
+
+    def __repr__(self) -> str:
+        return f"<LocalizationRun of {self.title}, {len(self.estimates)} scans. {self.quality.summary}>"
+
+    def plot(self) -> "Figure":
+        """The path over the map and scans at a few moments, as overlay.png shows them.
+
+        A notebook shows the figure by itself, a script with ``matplotlib.pyplot.show()``.
+        """
+        from racecar.pipelines.files.pictures.map_picture import figure_to_show
+        from racecar.pipelines.files.pictures.overlay import overlay
+
+        return overlay(self.grid, self.trajectory, self.along.moments, self.title, new_figure=figure_to_show)
+
+    def save(self, folder: str | Path) -> None:
+        """Write the files that ``racecar localize`` writes: trajectory.tum, overlay.png and report.json.
+
+        The folder is created; other files in it stay. Raises UserError when it cannot be written to.
+        """
+        with output_folder(Path(folder)) as staging:
+            self.write(staging)
+
+    def write(self, folder: Path) -> None:
+        """Write every file into an existing folder. Raises UserError when it cannot be written to."""
+        report = self.report
+        if self.reference is not None and not is_installed("evo"):
+            report.warn(left_out("The path was not compared with that of the mapper", "evo"))
+        elif self.reference is not None:
+            errors = compare(self.trajectory, self.reference, reference_from_map=IDENTITY)
+            report.add("accuracy", {"against_mapping_trajectory": errors.summary()})
+        with report.stage("writing"):
+            save_tum(self.trajectory, folder / "trajectory.tum")
+            if is_installed("matplotlib"):
+                from racecar.pipelines.files.pictures.map_picture import save_figure
+                from racecar.pipelines.files.pictures.overlay import OVERLAY_DOTS_PER_INCH, overlay
+
+                figure = overlay(self.grid, self.trajectory, self.along.moments, self.title)
+                save_figure(folder / "overlay.png", figure, OVERLAY_DOTS_PER_INCH)
+            else:
+                report.warn(left_out("overlay.png was not drawn", "matplotlib"))
+        report.write(folder / REPORT_FILE)
+
+
+def localize_bag(
+    bag: str | Path | BagReader,
+    map: str | Path | OccupancyGrid,
+    *,
+    initial_pose: Sequence[float] | None = None,
+    anywhere: bool = False,
+    config: ConfigSource = None,
+    seed: int = 0,
+    quiet: bool = True,
+) -> LocalizationRun:
+    """Estimate where a bag's car was on a map, as ``racecar localize`` does.
+
+    ``bag`` is a path, or a `BagReader` that was opened with the topics, the laser's pose or the part that is
+    meant. ``map`` is a map's YAML file, a folder with map.yaml, the name of a shipped map, or a grid. The car
+    starts at the ``initial_pose`` (3,), x and y in metres and yaw in radians, or ``anywhere``. With neither,
+    the bag that made the map starts where it was then, and any other starts anywhere. ``config`` is a YAML
+    file of settings or what it would hold. Without ``quiet`` a terminal shows the progress.
+
+    Raises UserError, with what is wrong and what to do in one sentence.
+    """
+    context, path = RunContext(Report("racecar.localize_bag"), quiet=quiet), None
+    if not isinstance(map, OccupancyGrid):
+        path = Path(map)
+    settings = load_config(config)
+    with opened_bag(bag, settings.sensors) as reader:
+        context.report.add("inputs", {"bag": reader.path, "map": path})
+        return run_localization(
+            reader,
+            map if isinstance(map, OccupancyGrid) else load_map(map),
+            settings,
+            context,
+            map_path=path,
+            initial_pose=initial_pose,
+            anywhere=anywhere,
+            seed=seed,
+        )
+
 
 def run_localization(
     reader: BagReader,
-    localizer: Localizer,
     grid: OccupancyGrid,
-    report: Report,
+    config: Config,
+    context: RunContext,
     *,
-    start: Trajectory | None = None,
-    is_placed: bool = False,
-    recorder: Recorder | None = None,
-    quiet: bool,
+    map_path: Path | None = None,
+    initial_pose: Sequence[float] | Pose | None = None,
+    anywhere: bool = False,
+    seed: int = 0,
+    record_into: Path | None = None,
 ) -> LocalizationRun:
-    """Feed a bag through the localizer, whose start is set or unknown; ``is_placed``: the user has set it.
+    """Feed an open bag through the localizer; figures and warnings go into the report.
 
-    With a ``start`` trajectory the car starts from the pose that this has at the first scan; where it
-    has none the search goes on over the whole map, and the report says so. What comes in and out goes to a
-    ``recorder`` too. Where the car is not found because the map is of another place, the rest of the bag is
-    left aside. Raises UserError when the bag holds no usable scan, or none that meets anything.
+    The car starts at the ``initial_pose`` (3,), ``anywhere``, or with neither where the drive that made the
+    map began, which is looked for beside ``map_path``; where that has no pose at the first scan the whole map
+    is searched, and the report says so. A record of all that goes in and out is written ``record_into`` a
+    folder. Where the car is not found because the map is of another place, the rest of the bag is left aside.
+    Raises UserError when the bag holds no usable scan, or none that meets anything.
     """
-    run, walls = LocalizationRun(DriveJudge()), WallFit(grid)
-    with progress_bar("Localizing", reader.message_count, quiet=quiet) as advance_to:
+    if initial_pose is not None and anywhere:
+        raise UserError(
+            "An initial pose and a search of the whole map (--global) exclude each other; give one of them."
+        )
+    report, settings = context.report, config.localization
+    report.add("inputs", {"seed": seed, "settings": settings.model_dump()})
+    with report.stage("loading"):
+        warm_up(settings)
+    with report.stage("self-calibration"):
+        calibrate(reader, context)
+    driven = None if map_path is None else mapping_trajectory(map_path, reader.path)
+    for sentence in [] if map_path is None else cautions_of_path(grid, map_path):
+        report.warn(sentence)
+    with report.stage("preparing the map"):
+        localizer = Localizer(grid, settings, np.random.default_rng(seed))
+    if initial_pose is not None:
+        localizer.set_pose(np.array(initial_pose, dtype=np.float64))
+    is_open = initial_pose is None and not anywhere
+    if is_open and driven is None and map_path is not None and has_mapping_drive(map_path):
+        _start_anywhere(report)
+    run, walls = LocalizationRun(grid, report, reader.path.name), WallFit(grid)
+    with (
+        recording(record_into, grid) if record_into else nullcontext() as recorder,
+        context.progress("Localizing", reader.message_count) as advance_to,
+    ):
         for message in reader:
             if isinstance(message, Scan):
-                if start is not None and not run.estimates:
-                    _start_from(start, message.stamp, localizer, report)
+                if is_open and driven is not None and not run.estimates:
+                    _start_from(driven, message.stamp, localizer, report)
                 with report.stage("localizing"):
                     _add_scan(run, message, localizer)
                 with report.stage("judging"):
@@ -103,54 +244,26 @@ def run_localization(
             if run.judge.is_hopeless:
                 break
     reader.require_returns()
-    _describe(run, localizer, reader, report)
+    _describe(run, localizer, reader)
     if run.judge.is_hopeless:
-        report.warn(_search_ended(run, is_placed))
+        report.warn(_search_ended(run, is_placed=initial_pose is not None))
     for sentence in [*cautions_of_resolution(grid.resolution), *cautions_of_walls(walls)]:
         report.warn(sentence)
+    if driven is not None and _meet(driven, run.trajectory):
+        run.reference = driven
     return run
-
-
-def save_localization(
-    run: LocalizationRun,
-    grid: OccupancyGrid,
-    reference: Trajectory | None,
-    report: Report,
-    folder: Path,
-    title: str,
-) -> None:
-    """Write every file of a localization run into an existing folder.
-
-    The ``reference`` is the mapping trajectory, if it is of the same drive. Raises UserError when it is not.
-    """
-    if reference is not None and not is_installed("evo"):
-        report.warn(left_out("The path was not compared with that of the mapper", "evo"))
-    elif reference is not None:
-        errors = compare(run.trajectory, reference, reference_from_map=IDENTITY)
-        report.add("accuracy", {"against_mapping_trajectory": errors.summary()})
-    with report.stage("writing"):
-        save_tum(run.trajectory, folder / "trajectory.tum")
-        if is_installed("matplotlib"):
-            from racecar.pipelines.files.pictures.map_picture import save_figure
-            from racecar.pipelines.files.pictures.overlay import OVERLAY_DOTS_PER_INCH, overlay
-
-            figure = overlay(grid, run.trajectory, run.along.moments, title)
-            save_figure(folder / "overlay.png", figure, OVERLAY_DOTS_PER_INCH)
-        else:
-            report.warn(left_out("overlay.png was not drawn", "matplotlib"))
-    report.write(folder / REPORT_FILE)
 
 
 def _start_from(start: Trajectory, stamp: int, localizer: Localizer, report: Report) -> None:
     nearest = int(np.argmin(np.abs(start.stamps - stamp)))
     if abs(int(start.stamps[nearest]) - stamp) > _SAME_TIME:
-        start_anywhere(report, "does not cover the start of the drive")
+        _start_anywhere(report, "does not cover the start of the drive")
         return
     report.add("inputs", {"start": start.map_from_base[nearest], "start_source": "the map's trajectory.tum"})
     localizer.set_pose(start.map_from_base[nearest])
 
 
-def start_anywhere(report: Report, fault: str = "is from another drive") -> None:
+def _start_anywhere(report: Report, fault: str = "is from another drive") -> None:
     """Report that nothing says where on the map the car starts, although a drive lies beside it."""
     report.add("inputs", {"start": "anywhere"})
     report.warn(
@@ -183,7 +296,8 @@ def _judge(run: LocalizationRun, scan: Scan, walls: WallFit) -> None:
     run.along.add(run.judge.path_metres, Moment(scan.stamp, map_from_base, points, share))
 
 
-def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, report: Report) -> None:
+def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader) -> None:
+    report = run.report
     report.add(
         "counts",
         {
@@ -247,7 +361,7 @@ def _update_times(run: LocalizationRun) -> dict[str, float | None]:
     }
 
 
-def _search_ended(run: LocalizationRun, is_placed: bool) -> str:
+def _search_ended(run: LocalizationRun, *, is_placed: bool) -> str:
     seconds = (run.estimates[-1].stamp - run.estimates[0].stamp) * 1e-9
     start = "correct --initial-pose" if is_placed else "give --initial-pose"
     return (
@@ -278,3 +392,8 @@ def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
             "which fails along bare corridors and in fast turns."
         )
     return sentences
+
+
+def _meet(one: Trajectory, other: Trajectory) -> bool:
+    """Whether two trajectories have time in common, as those of two parts of a bag may not."""
+    return bool(one.stamps[0] <= other.stamps[-1] and other.stamps[0] <= one.stamps[-1])

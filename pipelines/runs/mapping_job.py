@@ -3,7 +3,6 @@ with what was done before."""
 
 import hashlib
 import json
-import signal
 from collections.abc import Collection
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -13,14 +12,13 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.folder import bag_fingerprint
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.outputs import output_folder
-from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.runs.bag_reading import BagReading
 from racecar.pipelines.runs.output_places import OutputFolder
 
 if TYPE_CHECKING:
-    from racecar.pipelines.runs.mapped_bag import MappedBag
-    from racecar.pipelines.runs.mapping_run import Watch
+    from racecar.pipelines.runs.map_run import MapRun
+    from racecar.pipelines.runs.run_context import RunContext
 
 
 @dataclass(frozen=True)
@@ -67,46 +65,32 @@ class MappingJob:
         return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
 
 
-def carry_out(
-    job: MappingJob,
-    report: Report,
-    *,
-    quiet: bool,
-    watch: "Watch | None" = None,
-    stop_signals: Collection[signal.Signals] = (),
-) -> "MappedBag":
-    """Build the map and write its folder; figures and warnings go into the report.
-
-    Whoever wants to ``watch`` sees every scan that is read. The first of the ``stop_signals`` ends the
-    reading and what was read becomes the map. Raises UserError.
-    """
+def carry_out(job: MappingJob, context: "RunContext") -> "MapRun":
+    """Build the map and write its folder; figures and warnings go into the report. Raises UserError."""
+    report = context.report
     report.add("inputs", {"bag": job.bag, "config": job.config_file})
     with output_folder(job.out) as folder, job.reading.open(job.bag, job.config.sensors) as reader:
         with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
-            from racecar.pipelines.runs.edited_folders import edits_of_new_map
-            from racecar.pipelines.runs.map_outputs import outputs_with
-            from racecar.pipelines.runs.mapped_bag import map_reader
-            from racecar.pipelines.runs.mapping_run import nobody_watches
+            from racecar.pipelines.files.edits_file import MapEdits, edits_beside
+            from racecar.pipelines.runs.map_run import protect_edits
+            from racecar.pipelines.runs.mapping_run import build_map
             from racecar.pipelines.runs.view.recorder import record_mapping
-        outputs_with(job.requested)  # what is missing for them is reported now, not after hours
         report.add("inputs", {"run_digest": job.digest(reader.fingerprint)})
-        edits = edits_of_new_map(job.out, job.continued, report)
-        mapped = map_reader(
+        edits = MapEdits() if job.continued is None else edits_beside(job.continued)
+        protect_edits(job.out, edits, job.continued, report)
+        run = build_map(
             reader,
             job.config,
-            report,
+            context,
             continued=job.continued,
             initial_pose=job.initial_pose,
             seed=job.seed,
-            quiet=quiet,
-            watch=watch or nobody_watches,
-            stop_signals=stop_signals,
         )
         if job.record:
             with report.stage("recording"):
-                record_mapping(reader, mapped.result, folder)
-        mapped.write(folder, edits, job.requested)
-    return mapped
+                record_mapping(reader, run.result, folder)
+        run.write(folder, job.requested)
+    return run
 
 
 def is_done(job: MappingJob) -> bool:

@@ -1,8 +1,8 @@
-"""From a bag to a map and its files: what all that map a bag share."""
+"""A bag becomes a map: ``racecar.map_bag`` of Python, and what the command ``racecar map`` does."""
 
 import gc
-import signal
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -12,18 +12,22 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.unrecognized import NotRecognizedError
-from racecar.mapping.state.result import WITHOUT_WHEELS, MappingResult
+from racecar.mapping.state.result import WITHOUT_WHEELS
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import Pose, between
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.files.edits_file import MapEdits
-from racecar.pipelines.files.outputs import output_folder
+from racecar.pipelines.files.config_file import Config, ConfigSource, load_config
+from racecar.pipelines.files.edits_file import MapEdits, edits_beside
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.run_report import Inputs, read_report
+from racecar.pipelines.files.session_file import load_session
+from racecar.pipelines.runs.bag_reading import opened_bag
+from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.interrupts import StopRequest, stop_request
 from racecar.pipelines.runs.map_cautions import cautions_of_fixed_returns, cautions_of_resolution
-from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
-from racecar.pipelines.runs.progress import progress_bar
+from racecar.pipelines.runs.map_run import MapRun, finish_map
+from racecar.pipelines.runs.place_finding import found_on
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.sensors.fixed_returns.fixed_returns import FixedReturns
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.scan import Scan
@@ -32,124 +36,120 @@ _FIRST_TURNS, _ROUNDS = 5000, 3
 """Messages in which turns are looked for, about a minute of driving as a car may stand for long at first; and
 how often it begins again at most, since the lag that is learned hardly changes after the second time."""
 
-OPTIMIZING = "Optimizing"
-"""The progress of what comes after the reading, which no request to stop ends any more."""
 
-_NO_EDITS = MapEdits()
+def map_bag(
+    bag: str | Path | BagReader,
+    *,
+    config: ConfigSource = None,
+    continued: str | Path | None = None,
+    initial_pose: Sequence[float] | None = None,
+    seed: int = 0,
+    quiet: bool = True,
+) -> MapRun:
+    """Build a map of a bag, as ``racecar map`` does.
 
-Watch = Callable[[Mapper, Scan, Pose], None]
-"""Called after each scan with the mapper, the scan, and the car's pose (3,) in the map as known then."""
+    ``bag`` is a path, or a `BagReader` that was opened with the topics, the laser's pose or the part that is
+    meant. ``config`` is a YAML file of settings or what it would hold, such as
+    ``{"mapping": {"resolution": 0.1}}``. ``continued`` is the folder of an earlier map that is extended; its
+    ``initial_pose`` (3,), x and y in metres and yaw in radians, is where the drive starts, else all of that
+    map is searched. Without ``quiet`` a terminal shows the progress.
 
-
-def nobody_watches(_mapper: Mapper, _scan: Scan, _map_from_base: Pose) -> None:
-    """Of a run that is not looked at."""
+    Raises UserError, with what is wrong and what to do in one sentence.
+    """
+    context = RunContext(Report("racecar.map_bag"), quiet=quiet)
+    settings, folder = load_config(config), None if continued is None else Path(continued)
+    with opened_bag(bag, settings.sensors) as reader:
+        context.report.add("inputs", {"bag": reader.path})
+        return build_map(reader, settings, context, continued=folder, initial_pose=initial_pose, seed=seed)
 
 
 def build_map(
     reader: BagReader,
-    config: MappingConfig,
-    report: Report,
+    config: Config,
+    context: RunContext,
     *,
-    quiet: bool,
-    earlier: EarlierMap | None = None,
-    watch: Watch = nobody_watches,
-    stop_signals: Collection[signal.Signals] = (),
-) -> MappingResult:
-    """Feed a bag through the mapper; figures and warnings go into the report.
+    continued: Path | None = None,
+    initial_pose: Sequence[float] | None = None,
+    seed: int = 0,
+    learns_sensors: bool = True,
+) -> MapRun:
+    """Feed an open bag through the mapper; figures and warnings go into the report.
 
-    With an ``earlier`` map that is carried on. Whoever wants to ``watch`` the map grow sees every scan of the
-    reading, the first ones once more by another mapper where the run begins anew. The first of the
-    ``stop_signals`` ends the reading and what was read becomes the map; a second Ctrl-C raises
-    KeyboardInterrupt. Raises UserError when the bag holds no usable scan, and when the drive is not
-    recognized on the earlier map.
+    The map in the folder ``continued`` is carried on, where the drive begins at the ``initial_pose`` (3,) or
+    anywhere. Where it ``learns_sensors``, the beginning of the bag is read for what it proves about them.
+    Who watches sees every scan of the reading, the first ones once more by another mapper where the run
+    begins anew. A second Ctrl-C raises KeyboardInterrupt. Raises UserError when the bag holds no usable scan,
+    and when the drive is not recognized on the earlier map.
     """
-    with stop_request(*stop_signals) as stop, stop.looked_for():
-        mapper, taken = _begin(reader, config, report, stop, watch, quiet=quiet)
+    report, mapping = context.report, config.mapping
+    report.add("inputs", {"seed": seed, "settings": mapping.model_dump()})
+    edits = MapEdits() if continued is None else edits_beside(continued)  # whose mistakes are told at once
+    earlier = _earlier_map(reader, config, report, continued, initial_pose, seed)
+    if learns_sensors:
+        with report.stage("self-calibration"):
+            calibrate(reader, context)
+    fixed_returns, scans = FixedReturns(), 0
+    with stop_request(*context.stop_signals) as stop, stop.looked_for():
+        mapper, taken = _compare_clocks(reader, mapping, context, stop)
         gc.freeze()  # the libraries are loaded: a twentieth of the time goes into looking through them again
-        fixed_returns = FixedReturns()
-        scans = _feed(mapper, taken, reader, fixed_returns, report, stop, watch, quiet=quiet)
+        with context.progress("Reading", reader.message_count) as advance_to:
+            for message in _mapped(reader, mapper, fixed_returns, context, stop, taken):
+                scans += isinstance(message, Scan)
+                advance_to(reader.messages_read)
     if not scans:
         raise UserError(
             f"There is no usable scan on {reader.scan_topic}; `racecar check` shows what the bag holds."
         )
-    with report.stage("optimizing"), progress_bar(OPTIMIZING, quiet=quiet) as advance_to:
-        try:
-            reader.require_returns()
-            result = mapper.finish(advance_to, earlier)
-        except NotRecognizedError as error:
-            if earlier is None:
-                raise
-            raise UserError(f"{error}; {_remedy(earlier)}") from error
+    if stop.is_made:
+        report.add("counts", {"interrupted": True})
+        report.warn(f"The reading was stopped after {scans} scans ({stop.source}); the map shows these.")
+    reader.require_returns()
     report.add("inputs", reader.inputs)
-    report.add("counts", {**result.counts, "messages": reader.counts})
-    report.add("result", _describe_result(result))
-    report.add("mapping_seconds", result.seconds)
-    report.add("consistency", _residuals(result))
-    report.add("quality", result.quality.as_dict())
+    report.add("counts", {"messages": reader.counts})
+    for sentence in reader.warnings:
+        report.warn(sentence)
+    told = [WITHOUT_WHEELS] if reader.tells_of_no_odometry else []
+    try:
+        run = finish_map(mapper, context, reader.path.name, earlier, told)
+    except NotRecognizedError as error:
+        raise UserError(f"{error}; {_remedy(is_start_given=initial_pose is not None)}") from error
     if reader.imu_topic is not None:
         report.add("gyroscope", mapper.turn_model.figures)
-    left_out = fixed_returns.left_out
-    if left_out.returns:
+    if (left_out := fixed_returns.left_out).returns:
         report.add("moving_along", left_out.as_dict())
-    told = [WITHOUT_WHEELS] if reader.tells_of_no_odometry else []
-    own = [sentence for sentence in result.warnings if sentence not in told]
-    cautions = [*cautions_of_fixed_returns(left_out), *cautions_of_resolution(config.resolution)]
-    for sentence in [*reader.warnings, *own, *cautions]:
+    for sentence in [*cautions_of_fixed_returns(left_out), *cautions_of_resolution(mapping.resolution)]:
         report.warn(sentence)
-    return result
+    return replace(run, edits=edits, source=continued)
 
 
-def save_mapping(
-    result: MappingResult,
+def _earlier_map(
+    reader: BagReader,
+    config: Config,
     report: Report,
-    folder: Path,
-    title: str,
-    *,
-    requested: Collection[str] = (),
-    edits: MapEdits = _NO_EDITS,
-) -> None:
-    """Write every file of a mapping run into an existing folder, and those that were ``requested`` too.
-
-    ``edits`` are in the frame of the map.
-    """
-    map_ = WrittenMap(
-        session=result.session,
-        grid=result.tiled,
-        rendering=result.rendering,
-        trajectory=result.trajectory,
-        doubtful=result.quality.segments,
-        caution=result.quality.caution,
-        edits=edits,
-        title=title,
-        folder=folder,
-    )
-    write_outputs(map_, report, requested)
+    continued: Path | None,
+    initial_pose: Sequence[float] | None,
+    seed: int,
+) -> EarlierMap | None:
+    """The map that is carried on, if one is; it is told where that is of the same recording."""
+    if continued is None:
+        if initial_pose is not None:
+            raise UserError(
+                "An initial pose is a place on the map that is extended (--continue); give both, or neither."
+            )
+        return None
+    report.add("inputs", {"continue": continued, "initial_pose": initial_pose})
+    start = None if initial_pose is None else np.array(initial_pose, dtype=np.float64)
+    earlier = found_on(load_session(continued), config, seed, start)
+    if Inputs.model_validate(reader.inputs).is_within(read_report(continued).inputs):
+        report.warn(
+            f"{continued} is of this recording already, which now counts twice: extend it by another drive."
+        )
+    return earlier
 
 
-def finish_and_save(
-    mapper: Mapper, report: Report, out: Path, earlier: EarlierMap | None = None
-) -> MappingResult:
-    """Finish the map of a drive that was mapped while it went on, and write every file of it; with an
-    ``earlier`` map that is carried on.
-
-    Raises UserError when there is no map or the folder cannot be written to, and NotRecognizedError when the
-    drive is not recognized on the earlier map.
-    """
-    with output_folder(out) as folder:
-        with report.stage("optimizing"):
-            result = mapper.finish(earlier=earlier)
-        report.add("counts", result.counts)
-        report.add("mapping_seconds", result.seconds)
-        report.add("quality", result.quality.as_dict())
-        for sentence in result.warnings:
-            report.warn(sentence)
-        save_mapping(result, report, folder, title=out.name)
-    return result
-
-
-def _remedy(earlier: EarlierMap) -> str:
+def _remedy(*, is_start_given: bool) -> str:
     """What would help a drive to be recognized on a map."""
-    if earlier.is_start_given:
+    if is_start_given:
         return (
             "see that --initial-pose is where it begins, in the frame of the earlier map, or leave it out to "
             "search all of that map."
@@ -160,14 +160,8 @@ def _remedy(earlier: EarlierMap) -> str:
     )
 
 
-def _begin(
-    reader: BagReader,
-    config: MappingConfig,
-    report: Report,
-    stop: StopRequest,
-    watch: Watch,
-    *,
-    quiet: bool,
+def _compare_clocks(
+    reader: BagReader, config: MappingConfig, context: RunContext, stop: StopRequest
 ) -> tuple[Mapper, int]:
     """A mapper of the first messages, with the odometry's lag that the first turns show; how many it took.
 
@@ -177,10 +171,9 @@ def _begin(
     lag = 0
     for _ in range(_ROUNDS if reader.odom_topic else 0):
         mapper, taken = Mapper(config, lag), 0
-        with progress_bar("Comparing clocks", _FIRST_TURNS, quiet=quiet) as advance_to:
-            messages = _timed(_until(stop, reader), FixedReturns(), report)
-            for taken, message in enumerate(islice(messages, _FIRST_TURNS), start=1):
-                _hand_on(message, mapper, report, watch)
+        with context.progress("Comparing clocks", _FIRST_TURNS) as advance_to:
+            messages = _mapped(reader, mapper, FixedReturns(), context, stop)
+            for taken, _message in enumerate(islice(messages, _FIRST_TURNS), start=1):
                 advance_to(taken)
                 if mapper.odometry_lag.is_settled:
                     break
@@ -190,80 +183,34 @@ def _begin(
     return Mapper(config, lag), 0
 
 
-def _feed(
-    mapper: Mapper,
-    taken: int,
+def _mapped(
     reader: BagReader,
+    mapper: Mapper,
     fixed_returns: FixedReturns,
-    report: Report,
+    context: RunContext,
     stop: StopRequest,
-    watch: Watch,
-    *,
-    quiet: bool,
-) -> int:
-    """Hand every message after those ``taken`` to the mapper; the number of scans, these included."""
-    scans = 0
-    with progress_bar("Reading", reader.message_count, quiet=quiet) as advance_to:
-        messages = _timed(_until(stop, reader, taken), fixed_returns, report)
-        for number, message in enumerate(messages, start=1):
-            scans += isinstance(message, Scan)
-            if number > taken:
-                _hand_on(message, mapper, report, watch)
-            advance_to(reader.messages_read)
-    if stop.is_made:
-        report.add("counts", {"interrupted": True})
-        report.warn(f"The reading was stopped after {scans} scans ({stop.source}); the map shows these.")
-    return scans
+    taken: int = 0,
+) -> Iterator[Measurement]:
+    """Read until that is to end, and hand the mapper all but the first messages, which it has ``taken``
+    already; yields each that was read."""
+    messages, number = fixed_returns.filtered(_until(stop, reader, taken)), 0
+    while True:
+        with context.report.stage("reading"):
+            message = next(messages, None)
+        if message is None:
+            return
+        number += 1
+        if number > taken:
+            with context.report.stage("scan matching"):
+                map_from_base = feed(message, mapper)
+            if isinstance(message, Scan) and map_from_base is not None:
+                context.watch(mapper, message, map_from_base)
+        yield message
 
 
-def _hand_on(message: Measurement, mapper: Mapper, report: Report, watch: Watch) -> None:
-    with report.stage("scan matching"):
-        map_from_base = feed(message, mapper)
-    if isinstance(message, Scan) and map_from_base is not None:
-        watch(mapper, message, map_from_base)
-
-
-def _until(stop: StopRequest, reader: BagReader, least: int = 0) -> Iterator[Measurement]:
+def _until(stop: StopRequest, reader: BagReader, least: int) -> Iterator[Measurement]:
     """What is read until that is to end, at ``least`` so many messages."""
     for number, message in enumerate(reader, start=1):
         yield message
         if stop.is_made and number >= least:
             return
-
-
-def _timed(read: Iterable[Measurement], fixed_returns: FixedReturns, report: Report) -> Iterator[Measurement]:
-    messages = fixed_returns.filtered(read)
-    while True:
-        with report.stage("reading"):
-            message = next(messages, None)
-        if message is None:
-            return
-        yield message
-
-
-def _describe_result(result: MappingResult) -> dict[str, object]:
-    places = result.trajectory.map_from_base[result.keyframe_indices, :2]  # the scans between them jitter
-    seconds = (result.trajectory.stamps[-1] - result.trajectory.stamps[0]) * 1e-9
-    return {
-        "log_seconds": seconds,
-        "path_metres": np.sum(np.hypot(*np.diff(places, axis=0).T)),
-        "map_metres": list(result.tiled.metres),
-    }
-
-
-def _residuals(result: MappingResult) -> dict[str, dict[str, float]]:
-    """By kind of constraint: how many there are and how far, on average, the solution is from them."""
-    keyframes = result.map_from_keyframe
-    by_kind: dict[str, list[np.ndarray]] = {}
-    for constraint in result.constraints:
-        solved = between(keyframes[constraint.from_keyframe], keyframes[constraint.to_keyframe])
-        by_kind.setdefault(constraint.kind, []).append(between(constraint.from_pose_to_pose, solved))
-    summary = {}
-    for kind, residuals in by_kind.items():
-        dx, dy, turn = np.array(residuals).T
-        summary[kind] = {
-            "constraints": len(residuals),
-            "mean_residual_m": float(np.mean(np.hypot(dx, dy))),
-            "mean_residual_deg": float(np.mean(np.abs(np.rad2deg(turn)))),
-        }
-    return summary

@@ -1,7 +1,6 @@
 """Maps of several drives become one: what ``racecar merge`` does."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,130 +8,112 @@ from numpy.typing import NDArray
 
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
-from racecar.mapping.quality.map_quality import MapQuality
-from racecar.mapping.session.drawing import DrawnMap, Views, draw_map
-from racecar.mapping.session.merging import EarlierMap, merge
+from racecar.mapping.session.drawing import Views, draw_map
+from racecar.mapping.session.merging import merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.session.unrecognized import NotRecognizedError
+from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose, inverse
+from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.config_file import Config
-from racecar.pipelines.files.edits_file import MapEdits, edits_beside, edits_together
-from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.edits_file import edits_beside, edits_together
+from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.files.session_file import load_session
-from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
-from racecar.pipelines.runs.place_finding import LocalizerSearch
-from racecar.pipelines.runs.source_recording import SourceRecording
+from racecar.pipelines.runs.map_run import MapRun
+from racecar.pipelines.runs.place_finding import found_on
+from racecar.pipelines.runs.run_context import RunContext
 
 
-@dataclass(eq=False)
-class MergedRun:
-    """What became of the runs in some folders; all of it lies in the frame of the longest."""
+def merge_runs(folders: Sequence[Path], config: Config, context: RunContext, seed: int = 0) -> MapRun:
+    """The map of all sessions in folders, with the edits beside them, in the frame of the longest; figures
+    and warnings go into the report.
 
-    session: Session
-    first_keyframes: dict[Path, int]
-    """Of each run that was joined, where its keyframes begin."""
-    frames: dict[Path, Pose] = field(default_factory=dict)
-    """(3,) of each of them: the frame it had, seen from that of all."""
-    left_out: dict[Path, str] = field(default_factory=dict)
-    """Why each of the others was not joined, in a sentence without a full stop."""
-
-
-@dataclass(frozen=True, eq=False)
-class MergedMap:
-    """The map of a merged run."""
-
-    run: MergedRun
-    drawn: DrawnMap
-    quality: MapQuality
-    edits: MapEdits
-
-
-def merge_runs(folders: Sequence[Path], config: Config, seed: int, report: Report) -> MergedRun:
-    """Join the sessions in folders, the longest first, so that their order does not matter.
-
-    What fits nowhere yet is tried again after another one was joined. What fits nowhere at all is left out,
-    as is a drive that is in the map already, and the report warns of that. Raises UserError when a session
-    cannot be read, and when none was joined.
+    What fits nowhere is left out, as is a drive that is in the map already, and the report warns of that.
+    Raises UserError when a session cannot be read, and when none was joined to the longest.
     """
+    report, mapping = context.report, config.mapping
+    report.add("inputs", {"settings": mapping.model_dump()})
     with report.stage("reading"):
         sessions = {folder: load_session(folder) for folder in folders}
-    waiting = sorted(sessions, key=lambda folder: _size(sessions[folder]), reverse=True)
-    longest = waiting.pop(0)
-    run = MergedRun(sessions[longest], {longest: 0})
-    run.left_out, waiting = _without_repeated(longest, waiting)
     with report.stage("merging"):
-        before = 0
-        while waiting and len(waiting) != before:
-            before = len(waiting)
-            waiting = [each for each in waiting if not _join(run, each, sessions[each], config, seed)]
-    for folder, why in run.left_out.items():
+        session, frames, left_out = _merged(sessions, config, seed)
+    for folder, why in left_out.items():
         report.warn(f"{folder} was left out: {why}.")
-    if len(run.first_keyframes) == 1:
-        why = next(iter(run.left_out.values()))
-        raise UserError(f"None of the maps could be joined to {longest}, the longest: {why}.")
-    for folder, first in run.first_keyframes.items():
-        alone = sessions[folder].map_from_keyframe[0]
-        run.frames[folder] = compose(run.session.map_from_keyframe[first], inverse(alone))
-    return run
-
-
-def draw_merged(run: MergedRun, config: Config, report: Report) -> MergedMap:
-    """Draw and judge the map of runs that were joined, with the edits of all of them."""
-    mapping, session = config.mapping, run.session
-    unknown = np.full(len(session.rays), np.nan)
+    if len(frames) == 1:
+        why = next(iter(left_out.values()))
+        raise UserError(f"None of the maps could be joined to {next(iter(frames))}, the longest: {why}.")
     with report.stage("rendering"):
-        drawn = draw_map(
-            *(Views.of(session), session.keyframes, mapping.resolution, mapping.rendering), keep_frame=True
-        )
+        views = Views.of(session)
+        drawn = draw_map(views, session.keyframes, mapping.resolution, mapping.rendering, keep_frame=True)
     for sentence in drawn.disregarded:
         report.warn(sentence)
     with report.stage("judging"):
-        quality = judge(FinishedMap(session, unknown), mapping.quality)
-    edits = edits_together([edits_beside(folder).moved(frame) for folder, frame in run.frames.items()])
-    return MergedMap(run, drawn, quality, edits)
-
-
-def save_merged(
-    merged: MergedMap, config: Config, report: Report, folder: Path, *, requested: Collection[str]
-) -> None:
-    """Write every file of a merged map into an existing folder."""
-    run, grid = merged.run, merged.drawn.tiled
+        quality = judge(FinishedMap(session, views.seconds), mapping.quality)
     names = ("x_m", "y_m", "yaw_rad")
-    frames = {str(source): dict(zip(names, pose, strict=True)) for source, pose in run.frames.items()}
-    report.add("inputs", {"settings": config.mapping.model_dump()})
-    report.add("counts", {"keyframes": len(run.session.rays), "sessions": len(run.frames)})
+    report.add("counts", {"keyframes": len(session.rays), "sessions": len(frames)})
     report.add(
         "result",
         {
-            "map_metres": list(grid.metres),
-            "frames_of_sources": frames,
-            "left_out": {str(source): why for source, why in run.left_out.items()},
+            "map_metres": list(drawn.tiled.metres),
+            "frames_of_sources": {
+                str(folder): dict(zip(names, pose, strict=True)) for folder, pose in frames.items()
+            },
+            "left_out": {str(folder): why for folder, why in left_out.items()},
         },
     )
-    report.add("quality", merged.quality.as_dict())
-    written = WrittenMap(
-        session=run.session,
-        grid=grid,
-        rendering=config.mapping.rendering,
-        trajectory=None,
-        doubtful=merged.quality.segments,
-        caution=merged.quality.caution,
-        edits=merged.edits,
-        title=" + ".join(source.absolute().name for source in run.frames),
-        folder=folder,
+    report.add("quality", quality.as_dict())
+    nowhere = Trajectory(np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
+    return MapRun(
+        MappingResult(session, drawn.tiled, mapping.rendering, nowhere, quality),
+        report,
+        title=" + ".join(folder.absolute().name for folder in frames),
+        edits=edits_together([edits_beside(folder).moved(frame) for folder, frame in frames.items()]),
+        source=folders[0],
     )
-    write_outputs(written, report, requested)
+
+
+def _merged(
+    sessions: dict[Path, Session], config: Config, seed: int
+) -> tuple[Session, dict[Path, Pose], dict[Path, str]]:
+    """One session of all that fit together; of each that was joined the frame (3,) that it had, seen from
+    that of all; why each of the others was not, in a sentence without a full stop.
+
+    The longest comes first, so that their order does not matter, and what fits nowhere yet is tried again
+    after another one was joined.
+    """
+    longest, *others = sorted(sessions, key=lambda folder: _size(sessions[folder]), reverse=True)
+    left_out, waiting = _without_repeated(longest, others)
+    merged, first_keyframes = sessions[longest], {longest: 0}
+    before = 0
+    while waiting and len(waiting) != before:
+        before = len(waiting)
+        for folder in list(waiting):
+            earlier = merged
+            try:
+                merged = merge(found_on(earlier, config, seed), sessions[folder])
+            except NotRecognizedError as error:
+                left_out[folder] = _as_clause(str(error))
+                continue
+            merged.drives = _alongside(earlier.drives, sessions[folder].drives)
+            left_out.pop(folder, None)
+            waiting.remove(folder)
+            first_keyframes[folder] = len(earlier.rays)
+    frames = {
+        folder: compose(merged.map_from_keyframe[first], inverse(sessions[folder].map_from_keyframe[0]))
+        for folder, first in first_keyframes.items()
+    }
+    return merged, frames, left_out
 
 
 def _without_repeated(longest: Path, others: Sequence[Path]) -> tuple[dict[Path, str], list[Path]]:
     """Why some of the ``others`` are left out, whose drive another map shows; and what remains."""
-    kept = {longest: SourceRecording.of_run(longest)}
+    kept = {longest: read_report(longest).inputs}
     left_out: dict[Path, str] = {}
     for folder in others:
-        own = SourceRecording.of_run(folder)
+        own = read_report(folder).inputs
         same = next((each for each, recording in kept.items() if own.is_within(recording)), None)
-        if same is not None and own.is_all:
+        if same is not None and own.continued is None:
             left_out[folder] = f"it is of the same recording as {same}, which would count twice"
         else:
             kept[folder] = own
@@ -143,21 +124,6 @@ def _size(session: Session) -> tuple[float, bytes]:
     """Metres driven; then, among equals, what they lie like, so that the order is always the same."""
     path = session.loops.graph.path
     return (path[-1] if len(path) else 0.0), session.map_from_keyframe.tobytes()
-
-
-def _join(run: MergedRun, folder: Path, session: Session, config: Config, seed: int) -> bool:
-    """Join a session to those before; whether it was recognized there."""
-    search = LocalizerSearch(run.session, config.mapping, config.localization, seed, None)
-    earlier, first = run.session, len(run.session.rays)
-    try:
-        run.session = merge(EarlierMap(earlier, search), session)
-    except NotRecognizedError as error:
-        run.left_out[folder] = _as_clause(str(error))
-        return False
-    run.session.drives = _alongside(earlier.drives, session.drives)
-    run.left_out.pop(folder, None)
-    run.first_keyframes[folder] = first
-    return True
 
 
 def _alongside(one: NDArray[np.int32], other: NDArray[np.int32]) -> NDArray[np.int32]:

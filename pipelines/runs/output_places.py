@@ -27,7 +27,7 @@ from racecar.pipelines.bags.storage.recordings import (
     is_our_recording,
     refuse_lone_part,
 )
-from racecar.pipelines.files.report import REPORT_FILE
+from racecar.pipelines.files.run_report import REPORT_FILE
 
 _COMMAND = re.compile(rb'\{\s*"command": "(racecar[^"]*)"')
 _FIRST_BYTES = 200

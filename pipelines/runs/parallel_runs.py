@@ -34,6 +34,11 @@ class ParallelRuns:
         cores: int = joblib.cpu_count()
         return cores if self.jobs is None else min(self.jobs, cores)
 
+    @property
+    def here(self) -> "ParallelRuns":
+        """The same one after the other in this process, as measuring time asks for."""
+        return ParallelRuns(quiet=self.quiet, jobs=1)
+
     def threads_of_each(self, runs: int) -> int:
         """How many threads each of so many runs may use, for all of them to have a core."""
         if self.scheduler is not None:
@@ -81,17 +86,6 @@ class ParallelRuns:
             for done, result in enumerate(parallel(calls), start=1):
                 advance_to(done)
                 yield result
-
-    def here(
-        self, what: str, work: Callable[..., _Result], arguments: Sequence[tuple[Any, ...]]
-    ) -> list[_Result]:
-        """The same one after the other in this process, as measuring time asks for."""
-        results = []
-        with progress_bar(what, len(arguments), quiet=self.quiet) as advance_to:
-            for each in arguments:
-                results.append(work(*each))
-                advance_to(len(results))
-        return results
 
 
 def _numbered(number: int, work: Callable[..., _Result], arguments: tuple[Any, ...]) -> tuple[int, _Result]:

@@ -1,8 +1,7 @@
 """Where on an earlier map a drive lies: the localizer seeks it there, keyframe by keyframe."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,6 @@ from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.files.config_file import Config
-from racecar.pipelines.files.session_file import load_session
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
@@ -31,20 +29,9 @@ _FIRST_STAMP = 1_000_000_000
 """Nanoseconds, since a stamp of nought counts as none."""
 
 
-def earlier_map(
-    folder: Path, config: Config, seed: int = 0, initial_pose: Sequence[float] | None = None
-) -> EarlierMap:
-    """The map that a run left in a folder, on which the localizer finds a drive; it begins at the
-    ``initial_pose`` (3,), or anywhere.
-
-    Raises UserError when there is none to be read.
-    """
-    start = None if initial_pose is None else np.array(initial_pose, dtype=np.float64)
-    return found_on(load_session(folder), config, seed, start)
-
-
 def found_on(session: Session, config: Config, seed: int = 0, start: Pose | None = None) -> EarlierMap:
-    """The same of a session that was not written yet."""
+    """The map of a session, on which the localizer finds a drive; it begins at the ``start`` (3,), or
+    anywhere."""
     search = LocalizerSearch(session, config.mapping, config.localization, seed, start)
     return EarlierMap(session, search, is_start_given=start is not None)
 

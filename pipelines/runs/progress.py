@@ -2,29 +2,21 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 Listener = Callable[[str, float], None]
 """Takes what is done, and the share of it that is done, 0 to 1."""
-_listener: ContextVar[Listener] = ContextVar("listener", default=lambda description, share: None)
 
 
-@contextmanager
-def progress_heard_by(listener: Listener) -> Iterator[None]:
-    """Let a listener hear of all progress of this thread while the block lasts, quiet or not."""
-    before = _listener.set(listener)
-    try:
-        yield
-    finally:
-        _listener.reset(before)
+def nobody_listens(_description: str, _share: float) -> None:
+    """Of work of which only a terminal shows how far it is."""
 
 
 @contextmanager
 def progress_bar(
-    description: str, total: float = 1.0, *, quiet: bool = False
+    description: str, total: float = 1.0, *, quiet: bool = False, listen: Listener = nobody_listens
 ) -> Iterator[Callable[[float], None]]:
     """Yield a function to call with how much of `total` is done so far."""
     console = Console(stderr=True)
@@ -36,13 +28,12 @@ def progress_bar(
         console=console,
         disable=quiet or not console.is_terminal,
     )
-    listener = _listener.get()
     with bar:
         task = bar.add_task(description, total=total)
 
         def advance_to(done: float) -> None:
             bar.update(task, completed=done)
-            listener(description, min(done / total, 1.0) if total else 1.0)
+            listen(description, min(done / total, 1.0) if total else 1.0)
 
-        listener(description, 0.0)
+        listen(description, 0.0)
         yield advance_to

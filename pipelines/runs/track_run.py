@@ -12,10 +12,10 @@ from racecar.maps.grid.edits import edited
 from racecar.maps.grid.lap import CLOSING_DISTANCE, find_lap
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.whole_files import write_atomically
-from racecar.pipelines.files.edits_file import edits_beside
 from racecar.pipelines.files.pictures.track_picture import save_track_picture
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.render_run import render_run
+from racecar.pipelines.runs.run_context import RunContext
 
 CELL = 0.02
 """Metres of the cells on which a track is measured, whatever those of the map are, because a lane that coarse
@@ -35,14 +35,14 @@ class MeasuredTrack:
     line: CentreLine
 
 
-def find_track(folder: Path, report: Report, *, spacing: float, smoothing: float) -> MeasuredTrack:
+def find_track(folder: Path, context: RunContext, *, spacing: float, smoothing: float) -> MeasuredTrack:
     """The track on which the car of a mapping run drove; see `centre_line`. Warnings go into the report.
 
     Raises UserError when there is no closed lap, or nothing that bounds it.
     """
-    edits = edits_beside(folder)
-    run = render_run(folder, MappingConfig(resolution=CELL), edits, report)
-    driven = run.session.map_from_base if run.trajectory is None else run.trajectory.map_from_base
+    report = context.report
+    run = render_run(folder, MappingConfig(resolution=CELL), context)
+    driven = run.trajectory.map_from_base if len(run.trajectory) else run.result.map_from_keyframe
     with report.stage("track"):
         lap = find_lap(driven)
         if lap is None:
@@ -51,8 +51,8 @@ def find_track(folder: Path, report: Report, *, spacing: float, smoothing: float
                 f"which it left it, at most {CLOSING_DISTANCE:g} m beside it; drive on past where you "
                 "began."
             )
-        grid = edited(run.drawn.tiled, run.edits.edits).in_one_piece()
-        line = centre_line(grid, lap, run.session.points, spacing=spacing, smoothing=smoothing)
+        grid = edited(run.result.tiled, run.edits.edits).in_one_piece()
+        line = centre_line(grid, lap, run.result.session.points, spacing=spacing, smoothing=smoothing)
     if line is None:
         raise UserError(
             f"Nothing bounds the track in {folder} on one side of the lap; draw a wall there in edits.yaml."

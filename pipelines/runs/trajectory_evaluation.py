@@ -1,19 +1,37 @@
-"""Trajectories measured against a reference: what ``racecar evaluate`` tabulates and plots."""
+"""Trajectories that a user names, measured against a reference: what ``racecar evaluate`` tabulates and
+plots."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.bags.pose_topics import load_pose_topic, pose_topics
+from racecar.pipelines.files.pose_csv import load_pose_csv
 from racecar.pipelines.files.run_report import read_report
+from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.evaluation.evaluation import TrajectoryErrors, compare
-from racecar.pipelines.runs.trajectory_files import NamedTrajectory, load_trajectory
 
+_BAG_SUFFIXES = (".bag", ".db3", ".mcap")
 _ENOUGH = 0.9
 """Share of the poses that the reference should cover, since a drive that ends early, or a tracker that loses
 sight of the car in the corners, would look better than it is."""
+
+
+@dataclass(frozen=True, eq=False)
+class NamedTrajectory:
+    """A trajectory, and where it was read."""
+
+    name: Path
+    """As the user gave it."""
+    file: Path
+    """The file or bag folder that holds it."""
+    trajectory: Trajectory
+    warnings: list[str] = field(default_factory=list)
+    """Sentences for people."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +57,26 @@ class Evaluated:
             f"The reference covers only {share:.0%} of the poses of {self.path}: the errors of the others "
             "are not known and may be larger.",
         ]
+
+
+def load_trajectory(name: Path) -> NamedTrajectory:
+    """Read ``FILE.tum``, ``FILE.csv`` or ``BAG:/topic``. Raises UserError that says what is wrong with it."""
+    bag, colon, topic = str(name).rpartition(":")
+    if colon and not name.exists():
+        trajectory, findings = load_pose_topic(Path(bag), topic)
+        return NamedTrajectory(
+            name, Path(bag), trajectory, [f"{name}: {finding.sentence}" for finding in findings]
+        )
+    if name.is_dir() or name.suffix.lower() in _BAG_SUFFIXES:
+        topics = pose_topics(name)
+        if not topics:
+            raise UserError(f"The bag {name} has no topic of poses: give a TUM or CSV file, or another bag.")
+        raise UserError(
+            f"Which poses of the bag are meant? Name their topic, as in {name}:{topics[0]}; "
+            f"its topics of poses: {', '.join(topics)}."
+        )
+    load = load_pose_csv if name.suffix.lower() == ".csv" else load_tum
+    return NamedTrajectory(name, name, load(name))
 
 
 def evaluate_all(names: Sequence[Path], reference: NamedTrajectory) -> list[Evaluated]:

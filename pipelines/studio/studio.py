@@ -11,12 +11,12 @@ from racecar.maps.shipped import shipped_names
 from racecar.maps.whole_folders import finish_replacing
 from racecar.pipelines.bags.storage.recordings import is_bag_file
 from racecar.pipelines.files.config_file import Config
-from racecar.pipelines.files.edits_file import MapEdits, edits_beside
-from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.edits_file import edits_beside
 from racecar.pipelines.files.session_file import SESSION_FILE
 from racecar.pipelines.files.typed_path import typed_path
 from racecar.pipelines.runs.batch.bag_search import find_bags
 from racecar.pipelines.runs.render_run import render_run
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.runs.view.run_folder import load_run
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.studio.drive.drive_screen import DriveScreen
@@ -86,7 +86,7 @@ def edit(page: Page, run: Path, settings: Config) -> Callable[[], Screen]:
     """
     edits = edits_beside(run)
     config = as_the_map_lies(run, settings.mapping)
-    grid = render_run(run, config, MapEdits(), Report("racecar studio")).drawn.tiled
+    grid = render_run(run, config, RunContext()).result.tiled
     go_back = partial(page.leave_for, partial(screen_for, page, run, settings))
     return lambda: EditScreen(page, run, config, grid, edits, go_back)
 

@@ -7,6 +7,7 @@ import pytest
 
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.runs.calibration_run import calibrate
+from racecar.pipelines.runs.run_context import RunContext
 
 pytestmark = pytest.mark.slow
 
@@ -38,7 +39,7 @@ def test_each_recording_is_read_as_it_was_measured(recordings: Path) -> None:
     found = {}
     for name, bag in bags.items():
         with BagReader(bag) as reader:
-            calibrate(reader, quiet=True)
+            calibrate(reader, RunContext())
             found[name] = (dict(reader.inputs.get("corrections", {})), reader)  # type: ignore[call-overload]
     assert set(bags) >= REVERSED | UNKNOWN_MOUNT
     assert {name for name, (made, _) in found.items() if made.get("beams") == "reversed"} == REVERSED

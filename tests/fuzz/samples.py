@@ -29,13 +29,13 @@ from racecar.pipelines.commands import cli
 from racecar.pipelines.files.config_file import Config, load_config
 from racecar.pipelines.files.edits_file import load_edits
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.files.session_file import SESSION_FILE, load_session, save_session
 from racecar.pipelines.live.remembered_pose import PoseMemory
 from racecar.pipelines.runs.batch.bag_search import find_bags
 from racecar.pipelines.runs.batch.batch_row import mapped_row
 from racecar.pipelines.runs.batch.run_folders import run_folders
 from racecar.pipelines.runs.mapping_job import MappingJob, is_done
-from racecar.pipelines.runs.source_recording import SourceRecording
 from racecar.pipelines.runs.view.run_folder import load_run
 from racecar.sensors.odometry import Odometry
 from tests.fuzz.pages import SAID, SCREENS, page_action, sound_messages
@@ -325,7 +325,7 @@ def _seen(job: MappingJob) -> None:
     """All else that reads the report of a run."""
     json.dumps(mapped_row(job).as_dict(), default=str).encode()
     is_done(job)
-    SourceRecording.of_run(job.out).is_at_path_of(job.bag)
+    read_report(job.out).inputs.is_at_path_of(job.bag)
     run_folders([job.bag.absolute()], Path())
 
 

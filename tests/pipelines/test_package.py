@@ -26,7 +26,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def mapped(bag: Path) -> racecar.MappedBag:
+def mapped(bag: Path) -> racecar.MapRun:
     return racecar.map_bag(str(bag))
 
 
@@ -63,14 +63,14 @@ def test_all_that_the_stub_names_is_there() -> None:
     assert {"map_bag", "localize_bag", "Mapper", "Localizer", "Config"} <= set(dir(racecar))
 
 
-def test_a_map_is_what_the_command_makes(bag: Path, mapped: racecar.MappedBag, tmp_path: Path) -> None:
+def test_a_map_is_what_the_command_makes(bag: Path, mapped: racecar.MapRun, tmp_path: Path) -> None:
     mapped.save(str(tmp_path / "runs" / "api"))
     assert run(["map", str(bag), "--out", str(tmp_path / "cli"), "--quiet"]) == 0
     for name in WRITTEN:
         assert (tmp_path / "runs" / "api" / name).read_bytes() == (tmp_path / "cli" / name).read_bytes(), name
 
 
-def test_the_poses_are_those_of_the_command(bag: Path, mapped: racecar.MappedBag, tmp_path: Path) -> None:
+def test_the_poses_are_those_of_the_command(bag: Path, mapped: racecar.MapRun, tmp_path: Path) -> None:
     mapped.save(tmp_path / "map")
     localized = racecar.localize_bag(bag, str(tmp_path / "map"))
     localized.save(str(tmp_path / "api"))
@@ -82,7 +82,7 @@ def test_the_poses_are_those_of_the_command(bag: Path, mapped: racecar.MappedBag
     assert len(localized.estimates) == len(localized.trajectory) == 60
 
 
-def test_a_grid_in_memory_is_a_map(bag: Path, mapped: racecar.MappedBag) -> None:
+def test_a_grid_in_memory_is_a_map(bag: Path, mapped: racecar.MapRun) -> None:
     start = mapped.trajectory.map_from_base[0]
     localized = racecar.localize_bag(bag, mapped.grid, initial_pose=tuple(start))
     away = localized.trajectory.map_from_base[0, :2] - start[:2]
@@ -90,15 +90,15 @@ def test_a_grid_in_memory_is_a_map(bag: Path, mapped: racecar.MappedBag) -> None
     assert localized.reference is None
 
 
-def test_what_is_shown(mapped: racecar.MappedBag, bag: Path) -> None:
-    assert repr(mapped) == f"<MappedBag of drive.bag, 60 scans. {mapped.quality.summary}>"
+def test_what_is_shown(mapped: racecar.MapRun, bag: Path) -> None:
+    assert repr(mapped) == f"<MapRun of drive.bag, 60 scans. {mapped.quality.summary}>"
     before = pyplot.get_fignums()
     figure = mapped.plot()
     assert pyplot.get_fignums() == [*before, figure.number]  # type: ignore[attr-defined]  # as show() wants it
     assert len(figure.axes) == 1
     pyplot.close(figure)
     localized = racecar.localize_bag(bag, mapped.grid, initial_pose=mapped.trajectory.map_from_base[0])
-    assert repr(localized).startswith("<LocalizedBag of drive.bag, 60 scans. The drive is")
+    assert repr(localized).startswith("<LocalizationRun of drive.bag, 60 scans. The drive is")
     figure = localized.plot()
     assert len(figure.axes) > 1
     pyplot.close(figure)

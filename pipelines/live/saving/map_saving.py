@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from racecar.mapping.mapper import Mapper
+from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.mapping_run import finish_and_save
+from racecar.pipelines.runs.map_run import MapRun, finish_map
 from racecar.pipelines.runs.other_process import in_fresh_process
 from racecar.pipelines.runs.place_finding import found_on
+from racecar.pipelines.runs.run_context import RunContext
 
 
 @dataclass(frozen=True)
@@ -35,19 +37,21 @@ class MapOutput:
         earlier, unrecognized = None, []
         for mapper in drives:
             try:
-                session = finish_and_save(mapper, self._report(), self.folder, earlier).session
-                earlier = found_on(session, self.config)
+                run = self._finished(mapper, self.folder, earlier)
+                earlier = found_on(run.result.session, self.config)
             except NotRecognizedError as error:
                 beside = (self.folder.with_name(f"{self.folder.name}-{number}") for number in count(2))
                 own = next(folder for folder in beside if not folder.exists())
-                finish_and_save(mapper, self._report(), own)
+                self._finished(mapper, own)
                 unrecognized.append(f"{error}; its map is in {own}, in a frame of its own.")
         return unrecognized
 
-    def _report(self) -> Report:
-        report = Report("racecar live map")
-        report.add("inputs", dict(self.run))
-        return report
+    def _finished(self, mapper: Mapper, folder: Path, earlier: EarlierMap | None = None) -> MapRun:
+        context = RunContext(Report("racecar live map"))
+        context.report.add("inputs", dict(self.run))
+        run = finish_map(mapper, context, folder.name, earlier)
+        run.save(folder)
+        return run
 
     def save_apart(self, drives: bytes) -> None:
         """The same of pickled mappers that drive on; the work is done in a process of its own, which leaves

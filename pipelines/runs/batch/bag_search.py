@@ -12,7 +12,7 @@ from racecar.pipelines.bags.storage.recordings import (
     is_bag_file,
     is_bag_folder,
 )
-from racecar.pipelines.files.report import REPORT_FILE
+from racecar.pipelines.files.run_report import REPORT_FILE
 from racecar.pipelines.files.typed_path import typed_path
 
 _MOST_BYTES = 10_000_000

@@ -1,31 +1,75 @@
 """Many bags become maps at once; what is done is kept, and what fails does not stop the rest."""
 
 import signal
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from functools import partial
+from pathlib import Path
 
+from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.batch.batch_page import Thumbnail, batch_page, map_thumbnail
 from racecar.pipelines.runs.batch.batch_row import BatchRow, Outcome, mapped_row
 from racecar.pipelines.runs.error_sentences import in_one_sentence
 from racecar.pipelines.runs.mapping_job import MappingJob, carry_out, is_done
 from racecar.pipelines.runs.other_process import ProcessDiedError, in_fresh_process, leave_terminal_alone
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.runs.run_lock import run_lock
 
+PAGE, FIGURES = "batch.html", "batch.json"
 
-def map_all(jobs: Sequence[MappingJob], parallel: ParallelRuns) -> Iterator[BatchRow]:
-    """Yield what became of each job, as soon as it is known.
 
-    Each has a process of its own, so that one that dies takes nothing with it. When the iteration is broken
-    off, or this process dies, so do they. Raises UserError when the cluster cannot be reached.
-    """
-    work = partial(_map_apart, threads=parallel.threads_of_each(len(jobs)))
-    arguments = [(job,) for job in jobs]
-    with closing(parallel.as_finished("Mapping", work, arguments, starts_process=True)) as finished:
-        for number, failure in finished:
-            job = jobs[number]
-            yield mapped_row(job) if failure is None else BatchRow(job, Outcome.FAILED, failure)
+class Batch:
+    """A row for each job, in their order, and the files in the folder of the batch that show them."""
+
+    def __init__(self, jobs: Sequence[MappingJob], out: Path, report: Report, made_by: str) -> None:
+        """``made_by`` says on the page how the maps were made. What is done already is not done again."""
+        self._rows = {
+            job: mapped_row(job) if is_done(job) else BatchRow(job, Outcome.WAITING, "Not mapped yet.")
+            for job in jobs
+        }
+        self._thumbnails: dict[str, Thumbnail] = {}
+        self._out, self._report, self._made_by = out, report, made_by
+
+    @property
+    def rows(self) -> list[BatchRow]:
+        """In the order of the jobs."""
+        return list(self._rows.values())
+
+    def map_waiting(self, parallel: ParallelRuns) -> Iterator[BatchRow]:
+        """Do what is not done, and yield what became of each job as soon as it is known and on the page.
+
+        Each has a process of its own, so that one that dies takes nothing with it. When the iteration is
+        broken off, or this process dies, so do they. Raises UserError when the cluster cannot be reached, and
+        when page and figures cannot be written.
+        """
+        self._write()
+        jobs = [job for job, row in self._rows.items() if row.outcome == Outcome.WAITING]
+        work = partial(_map_apart, threads=parallel.threads_of_each(len(jobs)))
+        arguments = [(job,) for job in jobs]
+        with closing(parallel.as_finished("Mapping", work, arguments, starts_process=True)) as finished:
+            for number, failure in finished:
+                job = jobs[number]
+                row = mapped_row(job) if failure is None else BatchRow(job, Outcome.FAILED, failure)
+                self._rows[job] = row
+                self._write()
+                yield row
+
+    def _write(self) -> None:
+        """Page and figures, whole or not at all."""
+        for row in self.rows:
+            is_new = row.outcome.has_map and row.name not in self._thumbnails
+            if is_new and (thumbnail := map_thumbnail(row.job.out)) is not None:
+                self._thumbnails[row.name] = thumbnail
+        outcomes = Counter(row.outcome for row in self.rows)
+        self._report.add("counts", {outcome.value: outcomes[outcome] for outcome in Outcome})
+        self._report.add("bags", {row.name: row.as_dict() for row in self.rows})
+        self._report.write(self._out / FIGURES)
+        with write_atomically(self._out / PAGE) as partial_page:
+            page = batch_page(self.rows, self._thumbnails, self._made_by)
+            partial_page.write_text(page, encoding="utf-8", errors="replace")  # a path may be no text
 
 
 def _map_apart(job: MappingJob, *, threads: int) -> str | None:
@@ -41,7 +85,7 @@ def _map_or_explain(job: MappingJob) -> str | None:
     try:
         with run_lock(job.out):
             if not is_done(job):  # by another batch that was at it
-                carry_out(job, Report("racecar map"), quiet=True)
+                carry_out(job, RunContext(Report("racecar map")))
     except Exception as error:
         return in_one_sentence(error)
     return None

@@ -11,7 +11,6 @@ from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.runs.batch.bag_search import bag_stem
 from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.runs.output_places import OutputFolder, check_places
-from racecar.pipelines.runs.source_recording import SourceRecording
 
 _LONGEST_NAME = 120
 """Characters; file systems take 255 bytes, and many letters take two."""
@@ -48,18 +47,18 @@ class _Owner:
     def __init__(self, folder: Path) -> None:
         report = read_report(folder)
         self.is_run = report.has("inputs", "bag")
-        self._recording = SourceRecording(report.inputs)
+        self._inputs = report.inputs
 
     def has_content_of(self, bag: Path) -> bool:
         """Wherever it was moved to."""
         try:
-            return self._recording.fingerprint == bag_fingerprint(bag)
+            return self._inputs.bag_fingerprint == bag_fingerprint(bag)
         except (UserError, OSError):
             return False
 
     def is_at_path_of(self, bag: Path) -> bool:
         """Whatever became of it."""
-        return self._recording.is_at_path_of(bag)
+        return self._inputs.is_at_path_of(bag)
 
 
 def _is_free(folder: Path) -> bool:

@@ -1,7 +1,8 @@
 """What ``--record`` writes: a run as a ROS 2 bag (MCAP) that RViz, Foxglove and ``racecar studio`` show."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,34 +31,29 @@ _GROWN = 1.1
 _MOST_BEAMS = 8192
 
 
-class Recorder:
-    """Writes a run while it goes on; a context manager. The bag appears whole, or not at all.
+@contextmanager
+def recording(folder: Path, grid: OccupancyGrid) -> Iterator["Recorder"]:
+    """Yield what writes a run while it goes on. The bag appears whole, or not at all.
 
     Raises UserError when the place cannot be written to.
     """
+    with BagWriter(folder / RECORD_FOLDER) as writer:
+        recorder = Recorder(writer, grid)
+        yield recorder
+        recorder.write_whole_path()
 
-    def __init__(self, folder: Path, grid: OccupancyGrid) -> None:
-        self._writer = BagWriter(folder / RECORD_FOLDER)
+
+class Recorder:
+    """Writes what goes in and out of a run, with the map that it is on."""
+
+    def __init__(self, writer: BagWriter, grid: OccupancyGrid) -> None:
+        self._writer = writer
         self._grid = grid
         self._has_begun = False
         self._last_particles = -_PARTICLES_PERIOD
         self._stamps: list[int] = []
         self._poses: list[Pose] = []
         self._written = 0
-
-    def __enter__(self) -> "Recorder":
-        self._writer.__enter__()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        if error is None and len(self._stamps) > self._written:
-            self._write_path()
-        self._writer.__exit__(kind, error, traceback)
 
     def write_odometry(self, odometry: Odometry) -> None:
         """A sample of the wheels' odometry."""
@@ -80,7 +76,7 @@ class Recorder:
         self._stamps.append(scan.stamp)
         self._poses.append(map_from_base)
         if len(self._stamps) >= _GROWN * self._written:
-            self._write_path()
+            self.write_whole_path()
 
     def write_particles(self, stamp: int, map_from_base: Pose, weights: NDArray[np.float64]) -> None:
         """Of particles (N, 3) and weights (N,) a few hundred that stand for all, some times a second."""
@@ -89,7 +85,10 @@ class Recorder:
         self._last_particles = stamp
         self._writer.write_poses(stamp, map_from_base[_stand_ins(weights)], PARTICLES_TOPIC)
 
-    def _write_path(self) -> None:
+    def write_whole_path(self) -> None:
+        """So far, unless it is written already."""
+        if len(self._stamps) == self._written:
+            return
         self._written = len(self._stamps)
         self._writer.write_path(self._stamps, np.array(self._poses), PATH_TOPIC)
 
@@ -116,7 +115,7 @@ def record_mapping(reader: BagReader, result: MappingResult, folder: Path) -> No
     """
     trajectory = result.trajectory
     poses = dict(zip(trajectory.stamps.tolist(), trajectory.map_from_base, strict=True))
-    with Recorder(folder, thinned(result.tiled, MOST_PIXELS)) as recorder:
+    with recording(folder, thinned(result.tiled, MOST_PIXELS)) as recorder:
         for message in reader:
             if isinstance(message, Odometry):
                 recorder.write_odometry(message)

@@ -10,8 +10,9 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.map_outputs import MAP_FILES
-from racecar.pipelines.runs.mapping_run import finish_and_save
+from racecar.pipelines.runs.map_run import finish_map
 from racecar.pipelines.runs.output_places import OutputFolder, check_places
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.studio.drive.follower import Follower
 from racecar.pipelines.studio.watched_car import Glimpse
 from racecar.sensors.measurement import Measurement
@@ -70,6 +71,8 @@ class Discovery(Follower):
         not ours.
         """
         check_places([OutputFolder(folder, lambda: MAP_FILES)], (), force=False)
-        report = Report("racecar studio")
-        report.add("inputs", {"simulated": True, "settings": self._config.model_dump()})
-        return finish_and_save(self._mapper, report, folder).quality.summary
+        context = RunContext(Report("racecar studio"))
+        context.report.add("inputs", {"simulated": True, "settings": self._config.model_dump()})
+        run = finish_map(self._mapper, context, folder.name)
+        run.save(folder)
+        return run.quality.summary

@@ -10,8 +10,10 @@ from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits, edits_besid
 from racecar.pipelines.files.outputs import written_to
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.map_outputs import MAP_FILES
+from racecar.pipelines.runs.map_run import MapRun
 from racecar.pipelines.runs.output_places import OutputFolder, check_places
-from racecar.pipelines.runs.render_run import render_into
+from racecar.pipelines.runs.render_run import render_run
+from racecar.pipelines.runs.run_context import RunContext
 
 
 class Saving:
@@ -49,12 +51,12 @@ class Saving:
         config = self._config.model_copy(
             update={"rendering": self._config.rendering.model_copy(update=rendering)}
         )
-        report = Report("racecar render")
-        render_into(out, self._folder, config, edits, report, edits_from=self._folder)
-        return self._told(edits, out, report)
+        run = render_run(self._folder, config, RunContext(Report("racecar render")))
+        run.save(out)
+        return self._told(edits, out, run)
 
-    def _told(self, edits: MapEdits, out: Path, report: Report) -> str:
-        width, height = report.as_dict()["result"]["map_metres"]
+    def _told(self, edits: MapEdits, out: Path, run: MapRun) -> str:
+        width, height = run.result.tiled.metres
         count = len(edits.edits)
         words = [
             f"{count} edit{'s' if count != 1 else ''} in {self._folder / EDITS_FILE}."
@@ -62,7 +64,7 @@ class Saving:
             else "There are no edits.",
             f"A map of {width:.0f} × {height:.0f} m was rendered into {out}: {', '.join(written_to(out))}.",
         ]
-        return " ".join([*words, *report.warnings])
+        return " ".join([*words, *run.warnings])
 
 
 def as_the_map_lies(run: Path, config: MappingConfig) -> MappingConfig:

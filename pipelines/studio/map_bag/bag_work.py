@@ -2,8 +2,6 @@
 
 import signal
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -16,7 +14,8 @@ from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.calibration_run import check_reader
 from racecar.pipelines.runs.mapping_job import MappingJob, carry_out
 from racecar.pipelines.runs.other_process import leave_terminal_alone
-from racecar.pipelines.runs.progress import progress_heard_by
+from racecar.pipelines.runs.progress import Listener
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.runs.run_lock import run_lock
 from racecar.pipelines.studio.map_bag.sketcher import Sketcher, finished_sketch
 from racecar.pipelines.studio.watched_car import Glimpse
@@ -43,7 +42,7 @@ News = Progress | OccupancyGrid | Glimpse
 
 
 @dataclass(frozen=True)
-class Mapped:
+class WrittenMap:
     """A map was written."""
 
     folder: Path
@@ -54,34 +53,32 @@ class Mapped:
 
 def check_and_tell(bag: Path, sensors: SensorConfig, told: Connection) -> BagCheck:
     """Read a bag for what it holds. Raises UserError."""
-    with _progress_told(told), BagReader(bag, sensors=sensors) as reader:
-        return check_reader(reader, quiet=True)
+    leave_terminal_alone()
+    with BagReader(bag, sensors=sensors) as reader:
+        return check_reader(reader, RunContext(listen=_telling(told)))
 
 
-def map_and_tell(job: MappingJob, told: Connection) -> Mapped:
+def map_and_tell(job: MappingJob, told: Connection) -> WrittenMap:
     """Map a bag; SIGTERM ends the reading, and what was read becomes the map. Raises UserError."""
-    report = Report("racecar map")
-    sketcher = Sketcher(job.config.mapping, told.send)
+    leave_terminal_alone()
+    context = RunContext(
+        Report("racecar map"),
+        listen=_telling(told),
+        watch=Sketcher(job.config.mapping, told.send).watch,
+        stop_signals=(signal.SIGTERM,),
+    )
     try:
-        with _progress_told(told), run_lock(job.out):
-            mapped = carry_out(
-                job,
-                report,
-                quiet=True,
-                watch=sketcher.watch,
-                stop_signals=(signal.SIGTERM,),
-            )
+        with run_lock(job.out):
+            run = carry_out(job, context)
     except KeyboardInterrupt as stop:  # as it is called when the reading is over, or has not begun
         raise UserError(STOPPED) from stop
-    for news in finished_sketch(mapped.result):
+    for news in finished_sketch(run.result):
         told.send(news)
-    return Mapped(job.out, mapped.quality.summary, report.warnings)
+    return WrittenMap(job.out, run.quality.summary, run.warnings)
 
 
-@contextmanager
-def _progress_told(told: Connection) -> Iterator[None]:
-    """Meanwhile progress goes into the pipe, and nothing to the terminal of whoever serves the page."""
-    leave_terminal_alone()
+def _telling(told: Connection) -> Listener:
+    """What tells the pipe of progress, now and then."""
     last_what, due = "", 0.0
 
     def tell(what: str, share: float) -> None:
@@ -91,5 +88,4 @@ def _progress_told(told: Connection) -> Iterator[None]:
             last_what, due = what, now + _TELL_EVERY
             told.send(Progress(what, share))
 
-    with progress_heard_by(tell):
-        yield
+    return tell

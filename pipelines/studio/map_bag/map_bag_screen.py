@@ -17,15 +17,15 @@ from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.files.typed_path import typed_path
 from racecar.pipelines.runs.batch.run_folders import run_folders
 from racecar.pipelines.runs.error_sentences import in_one_sentence
+from racecar.pipelines.runs.map_run import OPTIMIZING
 from racecar.pipelines.runs.mapping_job import MappingJob
-from racecar.pipelines.runs.mapping_run import OPTIMIZING
 from racecar.pipelines.runs.other_process import FreshProcess, ProcessDiedError
 from racecar.pipelines.runs.output_places import check_places
 from racecar.pipelines.studio.map_bag.bag_work import (
     STOPPED,
-    Mapped,
     News,
     Progress,
+    WrittenMap,
     check_and_tell,
     map_and_tell,
 )
@@ -44,7 +44,7 @@ class MapBagScreen(Screen):
         """``bags`` by the names under which they are listed, at least one; ``open_run`` shows what a folder
         holds."""
         self._page, self._bags, self._config, self._open_run = page, bags, config, open_run
-        self._process: FreshProcess[BagCheck] | FreshProcess[Mapped] | None = None
+        self._process: FreshProcess[BagCheck] | FreshProcess[WrittenMap] | None = None
         self._news: Connection | None = None
         self._chosen = next(iter(bags.values()))
         self._mapped: Path | None = None
@@ -186,7 +186,7 @@ class MapBagScreen(Screen):
         metres = float(np.sum(np.hypot(*np.diff(path[:, :2], axis=0).T)))
         return f"{metres:.0f} m driven, {loops} {'loop' if loops == 1 else 'loops'} closed"
 
-    def _end(self, process: FreshProcess[BagCheck] | FreshProcess[Mapped]) -> None:
+    def _end(self, process: FreshProcess[BagCheck] | FreshProcess[WrittenMap]) -> None:
         self._process = None
         self._show_buttons(is_working=False)
         try:
@@ -198,7 +198,7 @@ class MapBagScreen(Screen):
         else:
             self._show_result(result)
 
-    def _show_result(self, result: BagCheck | Mapped) -> None:
+    def _show_result(self, result: BagCheck | WrittenMap) -> None:
         if isinstance(result, BagCheck):
             scans = result.facts["scans"]
             found = "these problems were found:" if result.findings else "no problems were found."

@@ -238,5 +238,7 @@ def test_what_a_lost_car_makes_of_its_odometry_is_not_told(verdict: DriveVerdict
     report.add("update_ms", {"mean": None})
     report.add("odometry_faults", {"distance": -0.18})
     quality = DriveQuality(verdict, 1.0, 0.02, 5.0, (), ())
-    assert ("18% too long" in " ".join(summary(report, quality))) == (verdict == DriveVerdict.LOCALIZED)
+    is_localized = verdict == DriveVerdict.LOCALIZED
+    told = " ".join(summary(report.contents, is_localized=is_localized))
+    assert ("18% too long" in told) == is_localized
     assert quality.summary.startswith(f"The drive is {verdict.value}: ")

@@ -14,7 +14,7 @@ from racecar.maps.map_files import load_map
 from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
-from racecar.pipelines.runs import map_cautions, map_outputs
+from racecar.pipelines.runs import map_cautions, map_run
 
 BYTES_OF_A_MAP = ("map.pgm", "map.yaml", "pose_graph.g2o", "session.npz")
 
@@ -47,7 +47,7 @@ def test_with_the_same_settings_the_same_bytes_come_out(drive: Path, tmp_path: P
 def test_a_map_too_large_to_be_read_is_written_and_what_would_read_it_left_out(
     drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for module in (map_outputs, map_cautions):
+    for module in (map_run, map_cautions):
         monkeypatch.setattr(module, "MOST_PIXELS", 10_000)
     assert render(drive, tmp_path, "--svg", "--dxf", "--png", "--origin", "corner") == 0
     (warning,) = json.loads((tmp_path / "report.json").read_text())["warnings"]

@@ -11,6 +11,7 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.commands.cli import run
 from racecar.pipelines.runs.calibration_run import calibrate
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.sensors.corrections import Corrections
 from racecar.sensors.findings import Finding
 from racecar.sensors.odometry import Odometry
@@ -94,7 +95,7 @@ def _write_scan(writer: BagWriter, scan: Scan) -> None:
 def corrections_of(recording: Recording, folder: Path, **options: object) -> tuple[Corrections, BagReader]:
     recording.change_odometry(lambda sample: replace(sample, stamp=sample.stamp + 1_000_000_000))
     with BagReader(recording.write(folder / "bag"), **options) as reader:  # type: ignore[arg-type]
-        calibrate(reader, quiet=True)
+        calibrate(reader, RunContext())
         return reader._corrections, reader
 
 
@@ -317,7 +318,7 @@ def test_without_odometry_and_beam_times_nothing_is_asked(tmp_path: Path) -> Non
     recording = Recording().without_odometry()
     recording.change_scans(lambda scan: replace(scan, time_offsets=0.0 * scan.time_offsets))
     with BagReader(recording.write(tmp_path / "bag")) as reader:
-        calibrate(reader, quiet=True)
+        calibrate(reader, RunContext())
         assert reader.messages_read < 100
         assert reader._corrections.inputs == {}
 
@@ -344,7 +345,7 @@ def test_who_only_checks_hears_of_the_gyroscope_what_a_mapper_finds(
 def foreseen_in(recording: Recording, folder: Path) -> list[Finding]:
     recording.change_odometry(lambda sample: replace(sample, stamp=sample.stamp + 1_000_000_000))
     with BagReader(recording.write(folder / "bag")) as reader:
-        foreseen = calibrate(reader, quiet=True)
+        foreseen = calibrate(reader, RunContext())
         assert reader._corrections.inputs == {}
     return foreseen
 

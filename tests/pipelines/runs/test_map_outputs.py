@@ -1,25 +1,25 @@
 """The files of a mapping run, and how one is added."""
 
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from racecar.mapping.grid.config import RenderingConfig
+from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.grid.tiled_grid import TiledGrid
-from racecar.pipelines.commands.cli import run
+from racecar.pipelines.commands.cli import run as run_command
 from racecar.pipelines.files import point_map
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs import map_outputs, mapped_bag
-from racecar.pipelines.runs.map_outputs import MapOutputKind, WrittenMap, outputs_with
-from racecar.pipelines.runs.mapping_run import save_mapping
+from racecar.pipelines.runs import map_outputs, mapping_run
+from racecar.pipelines.runs.map_outputs import MapOutputKind, outputs_with
+from racecar.pipelines.runs.map_run import MapRun
 
 
-def write_title(map_: WrittenMap) -> None:
-    (map_.folder / "title.txt").write_text(map_.title)
+def write_title(run: MapRun, folder: Path) -> None:
+    (folder / "title.txt").write_text(run.title)
 
 
 def refuse() -> None:
@@ -28,20 +28,18 @@ def refuse() -> None:
 
 def test_an_output_is_one_entry_of_the_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     extra = MapOutputKind(
-        ("extra.txt",), lambda map_: (map_.folder / "extra.txt").touch(), only_on_request=True
+        ("extra.txt",), lambda run, folder: (folder / "extra.txt").touch(), only_on_request=True
     )
     monkeypatch.setattr(map_outputs, "MAP_OUTPUTS", (MapOutputKind(("title.txt",), write_title), extra))
-    result: Any = SimpleNamespace(
-        session=None,
-        tiled=TiledGrid({}, 1, 1, 0.05, np.zeros(3)),
-        rendering=RenderingConfig(),
-        trajectory=None,
-        quality=SimpleNamespace(segments=(), caution=""),
+    nothing: Any = None
+    grid = TiledGrid({}, 1, 1, 0.05, np.zeros(3))
+    run = MapRun(
+        MappingResult(nothing, grid, RenderingConfig(), nothing, nothing), Report("racecar map"), "a drive"
     )
-    save_mapping(result, Report("racecar map"), tmp_path, "a drive")
+    run.write(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"title.txt", "report.json"}
     assert (tmp_path / "title.txt").read_text() == "a drive"
-    save_mapping(result, Report("racecar map"), tmp_path, "a drive", requested=["extra.txt"])
+    run.write(tmp_path, requested=["extra.txt"])
     assert (tmp_path / "extra.txt").exists()
 
 
@@ -58,10 +56,10 @@ def test_a_cloud_without_open3d_is_refused_before_the_bag_is_read(
 ) -> None:
     bag, out = tmp_path / "drive.bag", tmp_path / "out"
     arguments = ["--map", "track", "--out", str(bag), "--duration", "1", "--quiet"]
-    assert run(["simulate", *arguments]) == 0
+    assert run_command(["simulate", *arguments]) == 0
     monkeypatch.setattr(point_map, "find_spec", lambda name: None)
-    monkeypatch.setattr(mapped_bag, "build_map", lambda *_, **__: pytest.fail("mapped"))
-    assert run(["map", str(bag), "--out", str(out), "--ply"]) == 2
+    monkeypatch.setattr(mapping_run, "build_map", lambda *_, **__: pytest.fail("mapped"))
+    assert run_command(["map", str(bag), "--out", str(out), "--ply"]) == 2
     shown = capsys.readouterr().err
     assert shown.count("\n") == 1
     assert "open3d" in shown

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from racecar.pipelines.files.config_file import load_config
-from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.bag_reading import BagReading
 from racecar.pipelines.runs.mapping_job import MappingJob, carry_out, is_done
+from racecar.pipelines.runs.run_context import RunContext
 from tests.pipelines.bag_samples import write_bag
 
 
@@ -18,7 +18,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> MappingJob:
     folder = tmp_path_factory.mktemp("job")
     job = MappingJob(write_bag(folder / "drive.bag"), folder / "out", load_config(None))
     assert not is_done(job)
-    carry_out(job, Report("test"), quiet=True)
+    carry_out(job, RunContext())
     return job
 
 

@@ -8,17 +8,17 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from racecar.mapping.config import MappingConfig
 from racecar.maps.errors import UserError
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.files.outputs import output_folder
+from racecar.pipelines.files.config_file import Config, load_config
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.evaluation.evaluation import compare
 from racecar.pipelines.runs.interrupts import STOP_SIGNALS
 from racecar.pipelines.runs.map_outputs import MAP_FILES
-from racecar.pipelines.runs.mapping_run import build_map, save_mapping
+from racecar.pipelines.runs.mapping_run import build_map
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.sensors.odometry import Odometry
@@ -40,6 +40,7 @@ def scan_of_a_room(index: int) -> Scan:
 class RoomReader:
     """Stands in for a bag; presses Ctrl-C after some scans."""
 
+    path = Path("room")
     scan_topic = "/scan"
     inputs: dict[str, object] = {"scan_topic": "/scan"}  # noqa: RUF012
     counts: dict[str, int] = {}  # noqa: RUF012
@@ -102,14 +103,14 @@ class CarriedReader(RoomReader):
 
 
 def build(reader: Any, report: Report) -> Any:
-    return build_map(reader, MappingConfig(), report, quiet=True, stop_signals=STOP_SIGNALS)
+    context = RunContext(report, stop_signals=STOP_SIGNALS)
+    return build_map(reader, Config(), context, learns_sensors=False)
 
 
 def test_bag_becomes_files_and_report(tmp_path: Path) -> None:
     report = Report("racecar map")
     result = build(RoomReader(40), report)
-    with output_folder(tmp_path) as folder:
-        save_mapping(result, report, folder, "room")
+    result.save(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == set(MAP_FILES)
     np.testing.assert_allclose(result.trajectory.map_from_base[-1], [0.05 * 39, 0, 0], atol=0.02)
     written = json.loads((tmp_path / "report.json").read_text())
@@ -185,6 +186,6 @@ def test_no_scan() -> None:
 
 @pytest.mark.parametrize(("resolution", "is_told"), [(0.2, False), (1.0, True)])
 def test_a_coarse_map_is_told(resolution: float, is_told: bool) -> None:
-    report = Report("racecar map")
-    build_map(cast(Any, RoomReader(5)), MappingConfig(resolution=resolution), report, quiet=True)
+    report, config = Report("racecar map"), load_config({"mapping": {"resolution": resolution}})
+    build_map(cast(Any, RoomReader(5)), config, RunContext(report), learns_sensors=False)
     assert any("cells are 1 m wide" in sentence for sentence in report.warnings) == is_told

@@ -13,10 +13,10 @@ from racecar.maps.geometry.se2 import IDENTITY, between, compose
 from racecar.pipelines.commands.cli import run as run_command
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.files.run_report import Inputs
+from racecar.pipelines.files.run_report import Inputs, read_report
 from racecar.pipelines.files.session_file import save_session
-from racecar.pipelines.runs.merge_run import draw_merged, merge_runs
-from racecar.pipelines.runs.source_recording import SourceRecording
+from racecar.pipelines.runs.merge_run import merge_runs
+from racecar.pipelines.runs.run_context import RunContext
 from tests.mapping.sessions import RING, path, session
 from tests.sensors.worlds import box
 
@@ -39,18 +39,17 @@ def test_the_order_does_not_matter(folders: list[Path]) -> None:
     results = []
     for order in list(permutations(folders))[::3]:
         report = Report("racecar merge")
-        run = merge_runs(order, Config(), 0, report)
-        assert [folder.name for folder in run.left_out] == ["other"]
+        run = merge_runs(order, Config(), RunContext(report))
+        told = report.as_dict()["result"]
+        assert [Path(folder).name for folder in told["left_out"]] == ["other"]
         assert "other was left out: the drive was not recognized" in report.warnings[0]
-        results.append(run.session.map_from_keyframe)
+        results.append(run.result.session.map_from_keyframe)
     true = np.concatenate([PLACES["whole"], PLACES["part"]])
     assert np.abs(between(true, results[0])).max() < 0.02
     np.testing.assert_array_equal(results[0], results[1])
-    merged = draw_merged(run, Config(), report)
-    whole, part, _ = folders
-    np.testing.assert_allclose(compose(run.frames[part], FRAMES["part"]), run.frames[whole], atol=0.02)
-    moved = merged.edits.edits[0].points[0]
-    np.testing.assert_allclose(moved, run.frames[part][:2], atol=1e-3)
+    whole, part = (np.array([*told["frames_of_sources"][str(folder)].values()]) for folder in folders[:2])
+    np.testing.assert_allclose(compose(part, FRAMES["part"]), whole, atol=0.02)
+    np.testing.assert_allclose(run.edits.edits[0].points[0], part[:2], atol=1e-3)
 
 
 def test_a_recording_does_not_count_twice(folders: list[Path], tmp_path: Path) -> None:
@@ -61,17 +60,16 @@ def test_a_recording_does_not_count_twice(folders: list[Path], tmp_path: Path) -
         inputs = {"bag_fingerprint": bag, **({"part": kept} if kept else {})}
         (folder / "report.json").write_text(dumps({"inputs": inputs}))
     report = Report("racecar merge")
-    run = merge_runs([again, part, whole], Config(), 0, report)
-    assert set(run.first_keyframes) == {again, part}
+    merge_runs([again, part, whole], Config(), RunContext(report))
+    assert set(report.as_dict()["result"]["frames_of_sources"]) == {str(again), str(part)}
     assert "whole was left out: it is of the same recording as" in report.warnings[0]
     (again / "report.json").write_text(dumps({"inputs": {"bag_fingerprint": "a", "continue": "runs/first"}}))
-    assert SourceRecording.of_run(whole).is_within(SourceRecording.of_run(again))
-    assert not SourceRecording.of_run(again).is_all
+    assert read_report(whole).inputs.is_within(read_report(again).inputs)
 
 
 def test_a_part_of_a_recording_is_within_it() -> None:
     whole, first, later = (
-        SourceRecording(Inputs.model_validate({"bag_fingerprint": "a", **part}))
+        Inputs.model_validate({"bag_fingerprint": "a", **part})
         for part in (
             {},
             {"part": {"start": 0.0, "duration": 40.0}},
@@ -82,13 +80,13 @@ def test_a_part_of_a_recording_is_within_it() -> None:
     assert later.is_within(whole)
     assert not whole.is_within(first)
     assert not first.is_within(later)
-    assert not SourceRecording(Inputs()).is_within(SourceRecording(Inputs()))
+    assert not Inputs().is_within(Inputs())
 
 
 def test_maps_of_other_places_are_not_merged(folders: list[Path]) -> None:
     whole, _, other = folders
     with pytest.raises(UserError, match=r"None of the maps could be joined to .*whole"):
-        merge_runs([other, whole], Config(), 0, Report("racecar merge"))
+        merge_runs([other, whole], Config(), RunContext())
 
 
 def test_a_merged_map_does_not_replace_that_of_a_drive(

@@ -17,7 +17,7 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.runs.evaluation.relations import load_relations
 from racecar.pipelines.runs.other_process import ProcessDiedError, in_fresh_process, start_beside
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
-from racecar.pipelines.runs.progress import progress_bar, progress_heard_by
+from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.runs.run_lock import run_lock
 from racecar.sensors.threads import thread_count
 
@@ -137,7 +137,7 @@ def test_results_come_in_the_order_of_the_arguments() -> None:
 
 def test_work_is_done_in_other_processes_but_for_timing() -> None:
     assert os.getpid() not in ParallelRuns(quiet=True).run("Test", os.getpid, [()] * 4)
-    assert ParallelRuns(quiet=True).here("Test", os.getpid, [()]) == [os.getpid()]
+    assert ParallelRuns(quiet=True).here.run("Test", os.getpid, [()]) == [os.getpid()]
 
 
 def test_runs_on_a_dask_cluster() -> None:
@@ -160,19 +160,7 @@ def test_a_missing_scheduler_is_one_sentence() -> None:
 @pytest.mark.parametrize(("total", "shares"), [(4.0, [0.0, 0.25, 1.0]), (0.0, [0.0, 1.0, 1.0])])
 def test_a_listener_hears_the_share_that_is_done(total: float, shares: list[float]) -> None:
     heard: list[tuple[str, float]] = []
-    with (
-        progress_heard_by(lambda *news: heard.append(news)),
-        progress_bar("Reading", total, quiet=True) as advance_to,
-    ):
+    with RunContext(listen=lambda *news: heard.append(news)).progress("Reading", total) as advance_to:
         advance_to(1.0)
         advance_to(5.0)
     assert heard == [("Reading", share) for share in shares]
-
-
-def test_nobody_hears_of_what_comes_later() -> None:
-    heard: list[str] = []
-    with progress_heard_by(lambda what, share: heard.append(what)):
-        pass
-    with progress_bar("Reading", quiet=True) as advance_to:
-        advance_to(1.0)
-    assert heard == []

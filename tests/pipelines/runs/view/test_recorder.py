@@ -8,7 +8,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from racecar.pipelines.runs.view.recorder import RECORD_FOLDER, Recorder, as_even_beams
+from racecar.pipelines.runs.view.recorder import RECORD_FOLDER, as_even_beams, recording
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
@@ -40,7 +40,7 @@ def record(folder: Path, scans: int = 30) -> dict[str, list]:
     """Write a drive and read it back: messages by topic."""
     particles = np.column_stack([np.arange(1000.0), np.zeros(1000), np.zeros(1000)])
     weights = np.where(np.arange(1000) < 500, 0.0, 1.0 / 500)
-    with Recorder(folder, grid()) as recorder:
+    with recording(folder, grid()) as recorder:
         for index in range(scans):
             recorder.write_odometry(Odometry(START + index * PERIOD, pose(index), np.array([1.0, 0.0, 0.2])))
             recorder.write_scan(scan(index), pose(index), COVARIANCE)
@@ -137,7 +137,7 @@ def test_the_last_path_is_complete_and_all_together_do_not_grow_out_of_hand(
 
 
 def test_scans_out_of_order_are_left_out(tmp_path: Path) -> None:
-    with Recorder(tmp_path, grid()) as recorder:
+    with recording(tmp_path, grid()) as recorder:
         for index in (0, 2, 1, 3):
             recorder.write_scan(scan(index), pose(index))
     with Reader(tmp_path / RECORD_FOLDER) as reader:
@@ -146,7 +146,7 @@ def test_scans_out_of_order_are_left_out(tmp_path: Path) -> None:
 
 
 def test_nothing_is_left_behind_by_a_run_that_fails(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="half-way"), Recorder(tmp_path, grid()) as recorder:
+    with pytest.raises(ValueError, match="half-way"), recording(tmp_path, grid()) as recorder:
         recorder.write_scan(scan(0), pose(0))
         raise ValueError("half-way")
     assert list(tmp_path.iterdir()) == []

@@ -15,7 +15,7 @@ from racecar.maps.map_files import save_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.session_file import SESSION_FILE, load_arrays, save_arrays
 from racecar.pipelines.files.tum import save_tum
-from racecar.pipelines.runs.view.recorder import Recorder
+from racecar.pipelines.runs.view.recorder import recording
 from racecar.pipelines.runs.view.run_folder import load_run
 from racecar.sensors.arrays import named
 from racecar.sensors.scan import Scan
@@ -103,7 +103,7 @@ def test_a_localization_run_shows_the_map_its_report_names(
 
 def test_a_recording_shows_everything(run: Path, grid: OccupancyGrid) -> None:
     bearings = np.linspace(-1.0, 1.0, 5)
-    with Recorder(run, grid) as recorder:
+    with recording(run, grid) as recorder:
         for stamp, pose in zip(STAMPS.tolist(), PATH, strict=True):
             scan = Scan(stamp, bearings, np.full(5, 2.0), np.zeros(5), BASE_FROM_LASER, 10.0)
             recorder.write_scan(scan, pose, np.diag([0.03, 0.01, 0.04]))
@@ -120,7 +120,7 @@ def test_a_recording_shows_everything(run: Path, grid: OccupancyGrid) -> None:
 
 
 def test_a_recording_of_an_earlier_run_is_left_aside(run: Path, grid: OccupancyGrid) -> None:
-    with Recorder(run, grid) as recorder:
+    with recording(run, grid) as recorder:
         bearings = np.linspace(-1.0, 1.0, 5)
         scan = Scan(int(STAMPS[0]), bearings, np.ones(5), np.zeros(5), BASE_FROM_LASER, 10.0)
         recorder.write_scan(scan, PATH[0])

@@ -1,0 +1,202 @@
+"""A map and all that is known of it: what mapping, rendering, merging and live drives end in."""
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from os.path import realpath
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from racecar.mapping.mapper import Mapper
+from racecar.mapping.quality.map_quality import MapQuality
+from racecar.mapping.session.merging import EarlierMap
+from racecar.mapping.state.result import MappingResult
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import between
+from racecar.maps.grid.edits import edited
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import MOST_PIXELS
+from racecar.maps.text_files import read_text
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits, is_made_by_us
+from racecar.pipelines.files.optional_packages import left_out
+from racecar.pipelines.files.outputs import output_folder
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.run_report import REPORT_FILE
+from racecar.pipelines.runs.map_cautions import cautions_of_edits, cautions_of_size
+from racecar.pipelines.runs.map_outputs import outputs_with
+from racecar.pipelines.runs.run_context import RunContext
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+OPTIMIZING = "Optimizing"
+"""The progress of what comes after the reading, which no request to stop ends any more."""
+
+
+@dataclass(frozen=True, eq=False)
+class MapRun:
+    """The map of a bag or of several drives, the path driven, and what both are worth; in one frame."""
+
+    result: MappingResult
+    """All that the mapper knows, with the constraints between keyframes."""
+    report: Report
+    """The contents of report.json."""
+    title: str
+    """The bag's name, or what else the map is of."""
+    edits: MapEdits = MapEdits()  # noqa: RUF009 (frozen)
+    """Those that are drawn over the map when it is written."""
+    source: Path | None = None
+    """The folder of the map that this one extends or shows again, or the file that its edits are from; None
+    of a map of its own."""
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The map: ``cells`` (rows, columns) in percent occupied, -1 unknown, row 0 at the lowest y;
+        ``resolution`` in metres per cell; ``map_from_grid`` (3,), the outer corner of cell (0, 0)."""
+        return self.result.grid
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The car at each scan: ``stamps`` (N,) in nanoseconds, ``map_from_base`` (N, 3) in metres, metres
+        and radians."""
+        return self.result.trajectory
+
+    @property
+    def quality(self) -> MapQuality:
+        """The verdict (good, doubtful or wrong), the expected error, and the reasons."""
+        return self.result.quality
+
+    @property
+    def warnings(self) -> list[str]:
+        """What is wrong with the bag or doubtful about the map, one sentence each."""
+        return self.report.warnings
+
+    def __repr__(self) -> str:
+        return f"<MapRun of {self.title}, {len(self.trajectory)} scans. {self.quality.summary}>"
+
+    def plot(self) -> "Figure":
+        """The map with the path and the loops closed, as map.png shows it.
+
+        A notebook shows the figure by itself, a script with ``matplotlib.pyplot.show()``.
+        """
+        from racecar.pipelines.files.pictures.map_picture import figure_to_show, map_picture
+
+        return map_picture(
+            self.grid,
+            self.trajectory,
+            self.result.map_from_keyframe,
+            self.result.constraints,
+            self.title,
+            self.quality.segments,
+            caution=self.quality.caution,
+            new_figure=figure_to_show,
+        )
+
+    def save(self, folder: str | Path, requested: Collection[str] = ()) -> None:
+        """Write the files that ``racecar map`` writes, such as map.yaml, map.png and trajectory.tum, and
+        those that are ``requested`` too, such as walls.svg.
+
+        The folder is created; other files in it stay. Raises UserError when it cannot be written to, or when
+        it holds edits that would be lost.
+        """
+        folder = Path(folder)
+        with output_folder(folder) as staging:
+            protect_edits(folder, self.edits, self.source, self.report)
+            self.write(staging, requested)
+
+    def write(self, folder: Path, requested: Collection[str] = ()) -> None:
+        """Write the same into an existing folder, the report last, which warns of each edit that lies outside
+        a map that is not cropped, and where the map is too large to be read again."""
+        result, report = self.result, self.report
+        outside = cautions_of_edits(result.tiled, self.edits.edits) if result.rendering.crop is None else []
+        for sentence in [*outside, *cautions_of_size(result.tiled)]:
+            report.warn(sentence)
+        with report.stage("writing"):
+            drawn = replace(self, result=replace(result, tiled=edited(result.tiled, self.edits.edits)))
+            for output in outputs_with(requested):
+                if not output.is_possible and output.package is not None:
+                    report.warn(left_out(f"{output.files[0]} was not drawn", output.package))
+                elif not output.reads_image or result.tiled.size <= MOST_PIXELS:
+                    output.write(drawn, folder)
+        report.write(folder / REPORT_FILE)
+
+
+def finish_map(
+    mapper: Mapper,
+    context: RunContext,
+    title: str,
+    earlier: EarlierMap | None = None,
+    told: Collection[str] = (),
+) -> MapRun:
+    """Finish the map of a drive, with an ``earlier`` one that is carried on; figures and warnings go into the
+    report, but for those that were ``told`` already.
+
+    Raises UserError when there is no map, and NotRecognizedError when the drive is not recognized on the
+    earlier one.
+    """
+    report = context.report
+    with report.stage("optimizing"), context.progress(OPTIMIZING) as advance_to:
+        result = mapper.finish(advance_to, earlier)
+    report.add("counts", result.counts)
+    report.add("result", _described(result))
+    report.add("mapping_seconds", result.seconds)
+    report.add("consistency", _residuals(result))
+    report.add("quality", result.quality.as_dict())
+    for sentence in result.warnings:
+        if sentence not in told:
+            report.warn(sentence)
+    return MapRun(result, report, title)
+
+
+def protect_edits(out: Path, edits: MapEdits, source: Path | None, report: Report) -> None:
+    """Let no edits be lost that a folder holds, nor land in another frame.
+
+    Those of a map of its own (without a ``source``) stay there and are not drawn, since it may lie in another
+    frame than the one that it replaces; the report warns of that. Raises UserError when edits that somebody
+    wrote there would be replaced by those of the source.
+    """
+    path = out / EDITS_FILE
+    if not path.is_file():
+        return
+    if source is None:
+        report.warn(
+            f"{path} was not applied, because a new map may lie in another frame; "
+            f"if it fits, `racecar render {out} --out {out}` applies it."
+        )
+        return
+    home, there = source if source.is_dir() else source.parent, read_text(path)
+    if realpath(out) != realpath(home) and there != edits.text and not is_made_by_us(there):
+        raise UserError(
+            f"{path} holds other edits than those of {source}: move them there, or render {out} itself, "
+            "or remove the file."
+        )
+
+
+def _described(result: MappingResult) -> dict[str, object]:
+    places = result.trajectory.map_from_base[result.keyframe_indices, :2]  # the scans between them jitter
+    seconds = (result.trajectory.stamps[-1] - result.trajectory.stamps[0]) * 1e-9
+    return {
+        "log_seconds": seconds,
+        "path_metres": np.sum(np.hypot(*np.diff(places, axis=0).T)),
+        "map_metres": list(result.tiled.metres),
+    }
+
+
+def _residuals(result: MappingResult) -> dict[str, dict[str, float]]:
+    """By kind of constraint: how many there are and how far, on average, the solution is from them."""
+    keyframes = result.map_from_keyframe
+    by_kind: dict[str, list[np.ndarray]] = {}
+    for constraint in result.constraints:
+        solved = between(keyframes[constraint.from_keyframe], keyframes[constraint.to_keyframe])
+        by_kind.setdefault(constraint.kind, []).append(between(constraint.from_pose_to_pose, solved))
+    summary = {}
+    for kind, residuals in by_kind.items():
+        dx, dy, turn = np.array(residuals).T
+        summary[kind] = {
+            "constraints": len(residuals),
+            "mean_residual_m": float(np.mean(np.hypot(dx, dy))),
+            "mean_residual_deg": float(np.mean(np.abs(np.rad2deg(turn)))),
+        }
+    return summary
