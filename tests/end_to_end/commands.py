@@ -13,16 +13,18 @@ from typing import Any, TypeAlias
 from racecar.pipelines.commands.cli import run
 from racecar.pipelines.commands.terminal import LOG_FORMAT
 
-Racecar: TypeAlias = Callable[..., "subprocess.CompletedProcess[str]"]
+Done: TypeAlias = "subprocess.CompletedProcess[str]"
+Racecar: TypeAlias = Callable[..., Done]
+"""What it is given are the words of the command, and the exit ``code`` to be expected, None for any."""
 
 
-def in_own_process(*arguments: object) -> "subprocess.CompletedProcess[str]":
+def in_own_process(*arguments: object, code: int | None = 0) -> Done:
     """The real command."""
     command = [sys.executable, "-m", "racecar.pipelines.commands.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    return _checked(subprocess.run(command, capture_output=True, text=True, check=False), code)
 
 
-def in_this_process(*arguments: object) -> "subprocess.CompletedProcess[str]":
+def in_this_process(*arguments: object, code: int | None = 0) -> Done:
     """The command but for its start; a process of its own imports and loads kernels for two seconds."""
     words = [*map(str, arguments)]
     out, error = StringIO(), StringIO()
@@ -31,15 +33,30 @@ def in_this_process(*arguments: object) -> "subprocess.CompletedProcess[str]":
     logging.getLogger().addHandler(log)
     try:
         with redirect_stdout(out), redirect_stderr(error):
-            code = run(words)
+            ended = run(words)
     finally:
         logging.getLogger().removeHandler(log)
-    return subprocess.CompletedProcess(words, code, out.getvalue(), error.getvalue())
+    return _checked(subprocess.CompletedProcess(words, ended, out.getvalue(), error.getvalue()), code)
 
 
-def assert_refused(done: "subprocess.CompletedProcess[str]", complaint: str, out: Path) -> None:
+def _checked(done: Done, code: int | None) -> Done:
+    assert code in (None, done.returncode), f"{done.returncode}: {done.stderr}"
+    return done
+
+
+def simulate(racecar: Racecar, bag: Path, seconds: float, *flags: object) -> None:
+    """A short drive in the building, with its truth beside it."""
+    drive = ("--map", "building", "--noise", "slight", "--duration", seconds)
+    racecar("simulate", *drive, "--out", bag, "--quiet", *flags)
+
+
+def report_of(run: Path) -> dict[str, Any]:
+    """The report in a run's folder."""
+    return dict(json.loads((run / "report.json").read_text()))
+
+
+def assert_refused(done: Done, complaint: str, out: Path) -> None:
     """In one sentence that says so, before anything was written to ``out``."""
-    assert done.returncode == 2, done.stderr
     assert complaint in done.stderr
     assert done.stderr.strip().count("\n") == 0
     assert "Traceback" not in done.stderr
@@ -50,6 +67,5 @@ def assert_refused(done: "subprocess.CompletedProcess[str]", complaint: str, out
 def evaluated(racecar: Racecar, run: Path, *against: object) -> dict[str, Any]:
     """The figures by which the trajectory of a run differs from another or from relations."""
     figures = run / "figures.json"
-    done = racecar("evaluate", run / "trajectory.tum", *against, "--json", figures)
-    assert done.returncode == 0, done.stderr
+    racecar("evaluate", run / "trajectory.tum", *against, "--json", figures)
     return dict(json.loads(figures.read_text()))

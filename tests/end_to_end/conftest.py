@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from racecar.pipelines.live.ros.processes import private_environment
-from tests.end_to_end.commands import Racecar, in_own_process, in_this_process
+from tests.end_to_end.commands import Racecar, in_own_process, in_this_process, simulate
 from tests.ros_domains import next_domain
 
 
@@ -34,11 +34,7 @@ def ros(has_ros: None, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
 def drive(racecar: Racecar, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a short simulated drive in the building: drive.bag and drive.ground_truth.tum."""
     folder = tmp_path_factory.mktemp("drive")
-    done = racecar(
-        *("simulate", "--map", "building", "--out", folder / "drive.bag"),
-        *("--noise", "slight", "--seed", "3", "--duration", "6", "--quiet"),
-    )
-    assert done.returncode == 0, done.stderr
+    simulate(racecar, folder / "drive.bag", 6, "--seed", 3)
     return folder
 
 
@@ -46,6 +42,5 @@ def drive(racecar: Racecar, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def mapped(racecar: Racecar, drive: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the map of that drive."""
     out = tmp_path_factory.mktemp("mapped") / "map"
-    done = racecar("map", drive / "drive.bag", "--out", out, "--quiet")
-    assert done.returncode == 0, done.stderr
+    racecar("map", drive / "drive.bag", "--out", out, "--quiet")
     return out

@@ -34,7 +34,6 @@ def test_a_broken_bag_is_a_row_and_what_is_done_stays(racecar: Racecar, tmp_path
     (bags / "broken.bag").write_text("no bag")
     command = ("map", "--batch", bags, "--out", out, "--json", tmp_path / "figures.json")
     done = racecar(*command)
-    assert done.returncode == 0, done.stderr
     assert json.loads((tmp_path / "figures.json").read_text())["counts"]["failed"] == 1
     assert set(outcomes(out)) == {"broken", "drive", "tuesday-drive"}
     assert outcomes(out)["broken"] == "failed"
@@ -51,8 +50,7 @@ def test_a_broken_bag_is_a_row_and_what_is_done_stays(racecar: Racecar, tmp_path
     ]
 
     before = written(out)
-    again = racecar(*command, "--quiet", "--strict")
-    assert again.returncode == 3
+    again = racecar(*command, "--quiet", "--strict", code=3)
     assert again.stdout == ""
     assert again.stderr.startswith("broken: ")
     assert again.stderr.count("\n") == 1
@@ -60,41 +58,15 @@ def test_a_broken_bag_is_a_row_and_what_is_done_stays(racecar: Racecar, tmp_path
 
     (bags / "broken.bag").unlink()
     nothing_left = racecar(*command)
-    assert nothing_left.returncode == 0, nothing_left.stderr
     assert "2 of 2 bags are mapped already" in nothing_left.stderr
     assert written(out) == before
 
 
 def test_a_batch_without_one_map_is_the_users_mistake(racecar: Racecar, tmp_path: Path) -> None:
     (tmp_path / "broken.bag").write_text("no bag")
-    done = racecar("map", "--batch", tmp_path / "broken.bag", "--out", tmp_path / "out", "--quiet")
-    assert done.returncode == 2
+    done = racecar("map", "--batch", tmp_path / "broken.bag", "--out", tmp_path / "out", "--quiet", code=2)
     assert "is not a rosbag" in done.stderr
     assert "No bag became a map" in done.stderr
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        ((), "give a BAG"),
-        (("a.bag", "--batch", "list"), "not both"),
-        (("a.bag", "--jobs", "2"), "are for many bags"),
-        (("--batch", "list", "--continue", "run"), "racecar merge"),
-        (
-            ("--batch", "list", "--jobs", "2", "--scheduler", "tcp://localhost:1"),
-            "--jobs is for this machine",
-        ),
-        (("--batch", "nowhere.txt"), "Cannot read nowhere.txt"),
-    ],
-)
-def test_what_does_not_go_together(
-    arguments: tuple[str, ...], sentence: str, racecar: Racecar, tmp_path: Path
-) -> None:
-    done = racecar("map", *arguments, "--out", tmp_path / "out")
-    assert done.returncode == 2
-    assert sentence in done.stderr
-    assert done.stderr.count("\n") == 1
-    assert not (tmp_path / "out").exists()
 
 
 def start(*arguments: object, log: Path) -> "subprocess.Popen[bytes]":
@@ -141,8 +113,7 @@ def test_a_batch_that_was_ended_half_way_goes_on(
     sleep(10.0)
     assert written(out) == before  # those that were at work have ended, too
 
-    done = racecar(*command)
-    assert done.returncode == 0, done.stderr
+    racecar(*command)
     assert {name: when for name, when in written(out).items() if name in before} == before
     assert len(written(out)) == 19
     assert [name for name, outcome in outcomes(out).items() if outcome == "failed"] == ["cut"]

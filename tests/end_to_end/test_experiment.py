@@ -23,7 +23,6 @@ def test_one_experiment_writes_table_figures_and_json(racecar: Racecar, tmp_path
     done = racecar(
         "experiment", "motion-model", "--out", tmp_path / "out", "--json", tmp_path / "figures.json"
     )
-    assert done.returncode == 0, done.stderr
     assert "Standard deviation of the particles" in done.stdout
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {"motion-model.md", "motion-model.png", "motion-model.svg", "report.json"}
@@ -36,7 +35,6 @@ def test_one_experiment_writes_table_figures_and_json(racecar: Racecar, tmp_path
 def report(racecar: Racecar, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("all")
     done = racecar("experiment", "all", "--quick", "--out", out)
-    assert done.returncode == 0, done.stderr
     assert str(out / "report.html") in done.stdout
     return out
 
@@ -66,8 +64,7 @@ def test_all_of_them_are_on_one_page_that_a_browser_shows(
 
 @pytest.mark.slow
 def test_the_same_seed_gives_the_same_figures(report: Path, racecar: Racecar, tmp_path: Path) -> None:
-    done = racecar("experiment", "all", "--quick", "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
+    racecar("experiment", "all", "--quick", "--out", tmp_path)
     for first in sorted(report.glob("*.svg")):
         if first.stem not in TIMED:
             assert (tmp_path / first.name).read_bytes() == first.read_bytes(), first.name
@@ -76,19 +73,17 @@ def test_the_same_seed_gives_the_same_figures(report: Path, racecar: Racecar, tm
 @pytest.mark.slow
 def test_a_recording_of_ones_own(racecar: Racecar, drive: Path, tmp_path: Path) -> None:
     pose = ("--initial-pose", 0, 0, 0)
-    done = racecar(
+    racecar(
         *("experiment", "convergence", "--quick", "--bag", drive / "drive.bag", "--map", "building"),
         *(*pose, "--out", tmp_path / "convergence"),
     )
-    assert done.returncode == 0, done.stderr
     assert {"convergence.png", "convergence-2.png"} <= {
         path.name for path in (tmp_path / "convergence").iterdir()
     }
-    done = racecar(
+    racecar(
         *("experiment", "real-run", drive / "drive.bag", "--map", "building", *pose),
         *("--end-pose", "1.0 0.0", "--out", tmp_path / "run"),
     )
-    assert done.returncode == 0, done.stderr
     figures = json.loads((tmp_path / "run" / "report.json").read_text())["real-run"]
     assert figures["scans"] > 300
     assert np.mean(figures["shares_on_wall"]) > 0.9

@@ -1,6 +1,5 @@
 """A drive over two kilometres by two is drawn in the memory of what it saw; what cannot read it says so."""
 
-import json
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.pipelines.files.session_file import save_session
 from racecar.sensors.matching.scan_store import ScanStore, prepare_scan
-from tests.end_to_end.commands import in_own_process
+from tests.end_to_end.commands import in_own_process, report_of
 
 SIDE, STEP, SIGHT, BEAMS = 2000.0, 1.0, 10.0, 360
 """Metres of the plane, between keyframes and of sight; beams of a scan."""
@@ -58,15 +57,13 @@ def test_a_plane_of_four_square_kilometres(tmp_path: Path) -> None:
     (tmp_path / "drive").mkdir()
     save_session(session(), tmp_path / "drive" / "session.npz")
     out = tmp_path / "out"
-    done = in_own_process("render", tmp_path / "drive", "--out", out, "--quiet")
-    assert done.returncode == 0, done.stderr
-    report = json.loads((out / "report.json").read_text())
+    in_own_process("render", tmp_path / "drive", "--out", out, "--quiet")
+    report = report_of(out)
     assert report["peak_memory_mb"] < MOST_MEGABYTES
     assert min(report["result"]["map_metres"]) > SIDE
     assert any("too many to localize on it" in warning for warning in report["warnings"])
     columns, rows = (round(metres / 0.05) for metres in report["result"]["map_metres"])
     assert (out / "map.pgm").stat().st_size == len(f"P5\n{columns} {rows}\n255\n") + columns * rows
     assert (out / "map.png").stat().st_size > 10_000
-    refused = in_own_process("studio", out)
-    assert refused.returncode == 2
+    refused = in_own_process("studio", out, code=2)
     assert "pixels; crop it" in refused.stderr

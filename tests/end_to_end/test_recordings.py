@@ -1,11 +1,10 @@
 """The real commands on real recordings."""
 
-import json
 from pathlib import Path
 
 import pytest
 
-from tests.end_to_end.commands import Racecar, evaluated
+from tests.end_to_end.commands import Racecar, evaluated, report_of
 
 pytestmark = pytest.mark.slow
 
@@ -15,8 +14,7 @@ def test_benchmark_log(
     racecar_command: Racecar, recordings: Path, tmp_path: Path, log: str, bag: str
 ) -> None:
     folder = recordings / "slam_benchmark"
-    done = racecar_command("map", folder / bag, "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
+    racecar_command("map", folder / bag, "--out", tmp_path)
     figures = evaluated(racecar_command, tmp_path, "--relations", folder / f"{log}.relations")
     assert figures["lost"] == 0
     assert figures["translation_mean_m"] <= 0.06
@@ -25,8 +23,7 @@ def test_benchmark_log(
 @pytest.mark.parametrize("run", ["hangar_pus_30_v1", "glc_ot_ez"])
 def test_cartographers_poses(racecar_command: Racecar, recordings: Path, tmp_path: Path, run: str) -> None:
     folder = recordings / "cartographer_runs"
-    done = racecar_command("map", folder / run, "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
+    racecar_command("map", folder / run, "--out", tmp_path)
     figures = evaluated(racecar_command, tmp_path, "--reference", folder / f"{run}.cartographer.tum")
     assert figures["matched_share"] > 0.95
     assert figures["absolute_position_m"]["mean"] <= 0.10
@@ -34,12 +31,11 @@ def test_cartographers_poses(racecar_command: Racecar, recordings: Path, tmp_pat
 
 def test_race_car_on_its_own_map(racecar_command: Racecar, recordings: Path, tmp_path: Path) -> None:
     bag = recordings / "racecar" / "session_A"
-    assert racecar_command("map", bag, "--out", tmp_path / "map").returncode == 0
-    done = racecar_command(
+    racecar_command("map", bag, "--out", tmp_path / "map")
+    racecar_command(
         *("localize", bag, "--map", tmp_path / "map", "--out", tmp_path / "localized"),
         *("--initial-pose", 0, 0, 0),
     )
-    assert done.returncode == 0, done.stderr
     mapped = tmp_path / "map" / "trajectory.tum"
     figures = evaluated(racecar_command, tmp_path / "localized", "--reference", mapped)
     assert figures["absolute_position_m"]["mean"] <= 0.10
@@ -48,10 +44,9 @@ def test_race_car_on_its_own_map(racecar_command: Racecar, recordings: Path, tmp
 def test_race_car_without_odometry(racecar_command: Racecar, recordings: Path, tmp_path: Path) -> None:
     """Also before, and after, the pauses of the recording."""
     bag = recordings / "racecar" / "session_A"
-    assert racecar_command("map", bag, "--out", tmp_path / "with").returncode == 0
-    done = racecar_command("map", bag, "--out", tmp_path / "without", "--no-odom")
-    assert done.returncode == 0, done.stderr
-    report = json.loads((tmp_path / "without" / "report.json").read_text())
+    racecar_command("map", bag, "--out", tmp_path / "with")
+    racecar_command("map", bag, "--out", tmp_path / "without", "--no-odom")
+    report = report_of(tmp_path / "without")
     assert any("odometry" in sentence for sentence in report["warnings"])
     with_wheels = tmp_path / "with" / "trajectory.tum"
     figures = evaluated(racecar_command, tmp_path / "without", "--reference", with_wheels)
@@ -79,11 +74,10 @@ def test_cut_copy(
     whole = recordings / recording
     cut, out = tmp_path / f"cut{whole.suffix}", tmp_path / "out"
     cut.write_bytes(whole.read_bytes()[: int(share * whole.stat().st_size)])
-    done = racecar_command("map", cut, "--out", out)
+    done = racecar_command("map", cut, "--out", out, code=None)
     assert "Traceback" not in done.stderr
     if done.returncode == 2:
         assert done.stderr.strip().count("\n") == 0
         assert not out.exists()
     else:
-        assert done.returncode == 0, done.stderr
-        assert json.loads((out / "report.json").read_text())["warnings"]
+        assert report_of(out)["warnings"]

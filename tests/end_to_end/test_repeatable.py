@@ -4,21 +4,16 @@ from pathlib import Path
 
 import pytest
 
-from tests.end_to_end.commands import Racecar
+from tests.end_to_end.commands import Racecar, simulate
 
 pytestmark = pytest.mark.slow
 
 
 def test_a_drive_with_loops_people_and_bad_odometry(racecar_command: Racecar, tmp_path: Path) -> None:
     bag = tmp_path / "drive.bag"
-    done = racecar_command(
-        *("simulate", "--map", "building", "--out", bag, "--quiet"),
-        *("--noise", "full", "--seed", "2", "--duration", "70", "--walkers", "4"),
-    )
-    assert done.returncode == 0, done.stderr
+    simulate(racecar_command, bag, 70, "--noise", "full", "--seed", 2, "--walkers", 4)
     for out in ("once", "again"):
-        done = racecar_command("map", bag, "--out", tmp_path / out, "--quiet")
-        assert done.returncode == 0, done.stderr
+        racecar_command("map", bag, "--out", tmp_path / out, "--quiet")
     once, again = ((tmp_path / out / "pose_graph.g2o").read_text() for out in ("once", "again"))
     edges = (line.split()[1:3] for line in once.splitlines() if line.startswith("EDGE_SE2"))
     assert any(int(b) - int(a) > 40 for a, b in edges)  # a loop was closed

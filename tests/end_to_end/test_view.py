@@ -18,19 +18,17 @@ TOPICS = {"/map", "/scan", "/odom", "/path", "/pf/pose/odom", "/tf", "/tf_static
 @pytest.fixture(scope="module")
 def mapped(racecar: Racecar, drive: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("runs") / "map"
-    done = racecar("map", drive / "drive.bag", "--out", out, "--record", "--quiet")
-    assert done.returncode == 0, done.stderr
+    racecar("map", drive / "drive.bag", "--out", out, "--record", "--quiet")
     return out
 
 
 @pytest.fixture(scope="module")
 def localized(racecar: Racecar, drive: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("runs") / "localized"
-    done = racecar(
+    racecar(
         *("localize", drive / "drive.bag", "--map", "building", "--initial-pose", 0, 0, 0),
         *("--out", out, "--record", "--quiet"),
     )
-    assert done.returncode == 0, done.stderr
     return out
 
 
@@ -62,7 +60,6 @@ def test_a_localization_run_is_recorded(localized: Path) -> None:
 
 def test_a_recording_is_a_bag_like_any_other(racecar: Racecar, localized: Path) -> None:
     done = racecar("check", localized / "record")
-    assert done.returncode == 0, done.stderr
     assert "No problems found" in done.stdout
 
 

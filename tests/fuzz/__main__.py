@@ -10,6 +10,8 @@ import os
 import sys
 import tempfile
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from tests.fuzz import kills
@@ -38,38 +40,28 @@ def main() -> int:
     prepare(words=tuple(options.samples))
     numbers = range(options.first, options.first + options.inputs)
     if options.only is not None:
-        outcome = _try(options.only)[1]
+        outcome = _try(options.only)
         _keep(options.out, options.only, outcome)
         print(outcome.output, outcome.fault or f"exit code {outcome.exit_code}: as it should be")
         return bool(outcome.fault)
+    faults = _try_all(partial(_fault, options.out), numbers, options.processes)
+    if options.kills:
+        kills.prepare()
+        faults += _try_all(kills.trial, range(options.kills), options.processes)
+    return bool(faults)
+
+
+def _try_all(fault_of: Callable[[int], str], numbers: range, processes: int | None) -> int:
+    """How many of the numbers break the rule."""
     faults, began = 0, time.monotonic()
-    with multiprocessing.get_context("fork").Pool(options.processes) as pool:
-        for done, (number, outcome) in enumerate(pool.imap_unordered(_try, numbers, chunksize=4), start=1):
-            if outcome.fault:
-                faults += 1
-                print(
-                    f"input {number}: {outcome.fault}, kept in {_keep(options.out, number, outcome)}",
-                    flush=True,
-                )
-            if done % 500 == 0 or done == len(numbers):
-                rate = done / (time.monotonic() - began)
-                print(f"{done} of {len(numbers)} inputs, {faults} faults, {rate:.0f}/s", flush=True)
-    return bool(faults + _kill(options.kills, options.processes))
-
-
-def _kill(count: int, processes: int | None) -> int:
-    """The number of kills that broke the rule."""
-    if count == 0:
-        return 0
-    kills.prepare()
-    faults = 0
     with multiprocessing.get_context("fork").Pool(processes) as pool:
-        for done, fault in enumerate(pool.imap(kills.trial, range(count)), start=1):
+        for done, fault in enumerate(pool.imap(fault_of, numbers, chunksize=4), start=1):
             if fault:
                 faults += 1
-                print(f"kill {done - 1}: {fault}", flush=True)
-            if done % 50 == 0 or done == count:
-                print(f"{done} of {count} kills, {faults} faults", flush=True)
+                print(f"{numbers[done - 1]}: {fault}", flush=True)
+            if done % 50 == 0 or done == len(numbers):
+                rate = done / (time.monotonic() - began)
+                print(f"{done} of {len(numbers)}, {faults} faults, {rate:.1f}/s", flush=True)
     return faults
 
 
@@ -98,11 +90,17 @@ def prepare(commands: tuple[str, ...] = COMMANDS, words: tuple[str, ...] = ()) -
     return _inputs
 
 
-def _try(number: int) -> tuple[int, Outcome]:
+def _try(number: int) -> Outcome:
     with tempfile.TemporaryDirectory() as folder:
         sample = _inputs.make(number).sample
         sample.write(Path(folder))
-        return number, run_trial(sample.action, Path(folder), sample.seconds)
+        return run_trial(sample.action, Path(folder), sample.seconds)
+
+
+def _fault(out: Path, number: int) -> str:
+    """How an input broke the rule, and where it is kept; empty where it kept the rule."""
+    outcome = _try(number)
+    return outcome.fault and f"{outcome.fault}, kept in {_keep(out, number, outcome)}"
 
 
 def _keep(out: Path, number: int, outcome: Outcome) -> Path:

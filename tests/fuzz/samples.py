@@ -40,6 +40,7 @@ from racecar.pipelines.runs.view.run_folder import load_run
 from racecar.sensors.odometry import Odometry
 from tests.fuzz.pages import SAID, SCREENS, page_action, sound_messages
 from tests.pipelines.bag_samples import write_again
+from tests.pipelines.message_samples import cloud
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -119,25 +120,11 @@ def _room_ranges(pose: np.ndarray, bearings: np.ndarray) -> np.ndarray:
 
 
 def _cloud(writer: BagWriter, stamp: int, bearings: np.ndarray, ranges: np.ndarray) -> Any:
-    types = writer._types.types
     points = np.zeros((len(ranges), 4), dtype=np.float32)
     points[:, 0], points[:, 1] = ranges * np.cos(bearings), ranges * np.sin(bearings)
     points[:, 3] = np.linspace(0.0, 0.05, len(ranges))
-    field = types["sensor_msgs/msg/PointField"]
-    return types[POINT_CLOUD](
-        header=writer._messages._header(stamp, "laser"),
-        height=1,
-        width=len(points),
-        fields=[
-            field(name=name, offset=4 * index, datatype=7, count=1)
-            for index, name in enumerate(("x", "y", "z", "time"))
-        ],
-        is_bigendian=False,
-        point_step=16,
-        row_step=points.nbytes,
-        data=points.view(np.uint8).ravel(),
-        is_dense=True,
-    )
+    header = writer._messages._header(stamp, "laser")
+    return cloud(header, ("x", "y", "z", "time"), points, writer._types.types)
 
 
 def bag_action(command: str, bag: str) -> int:
@@ -172,6 +159,19 @@ def read_action(load: Callable[[], object]) -> int:
     return 0
 
 
+def _read(
+    name: str,
+    files: "Mapping[str, bytes | Link]",
+    load: Callable[[], object],
+    weight: float,
+    damaged: tuple[str, ...] | None = None,
+) -> Sample:
+    """Something that is read without a command; all of its files are damaged unless some are named."""
+    return Sample(
+        name, files, partial(read_action, load), tuple(files) if damaged is None else damaged, "", weight
+    )
+
+
 def healthy_samples(folder: Path) -> list[Sample]:
     """All of them; ``folder`` is for the work."""
     _command_line()
@@ -187,8 +187,7 @@ def healthy_samples(folder: Path) -> list[Sample]:
             samples.append(Sample(name, both, action, damaged, command, weight, SECONDS[command]))
     for image in ("room.pgm", "room.png"):
         files = {"room.yaml": room["room.yaml"].replace(b"room.pgm", image.encode()), image: room[image]}
-        action = partial(read_action, partial(load_map, Path("room.yaml")))
-        samples.append(Sample(f"map {image}", files, action, tuple(files), weight=8.0))
+        samples.append(_read(f"map {image}", files, partial(load_map, Path("room.yaml")), 8.0))
     samples.append(_session(folder))
     samples += _runs(folder, room)
     samples += [_remembered(), _edits(), _list(), *_loops(room)]
@@ -283,9 +282,7 @@ def _session(folder: Path) -> Sample:
             feed(message, mapper)
     save_session(mapper.finish().session, folder / "session.npz")
     files = {"session.npz": (folder / "session.npz").read_bytes()}
-    return Sample(
-        "session", files, partial(read_action, partial(load_session, Path())), tuple(files), weight=12.0
-    )
+    return _read("session", files, partial(load_session, Path()), 12.0)
 
 
 def _runs(folder: Path, room: Mapping[str, bytes]) -> list[Sample]:
@@ -313,10 +310,9 @@ def _runs(folder: Path, room: Mapping[str, bytes]) -> list[Sample]:
     named = ("run/report.json", "run/session.npz", "run/trajectory.tum", "run/map.yaml")
     job = MappingJob(Path("drive.bag"), Path("run"), Config())
     render = partial(racecar, ["render", "run", "--out", "out", "--quiet"])
-    look, row = partial(read_action, partial(load_run, Path("run"))), partial(read_action, lambda: _seen(job))
     return [
-        Sample("run looked at", files, look, named, weight=12.0),
-        Sample("report alone", files, row, named[:1], weight=12.0),
+        _read("run looked at", files, partial(load_run, Path("run")), 12.0, named),
+        _read("report alone", files, lambda: _seen(job), 12.0, named[:1]),
         Sample("run rendered", files, render, named[:2], weight=3.0, seconds=SECONDS["map"]),
     ]
 
@@ -340,8 +336,8 @@ def _remembered() -> Sample:
         "laser": {"base_frame": "base_link", "laser_frame": "laser", "base_from_laser": np.eye(4).tolist()},
     }
     name = PoseMemory(Path(), grid).path.name
-    action = partial(read_action, lambda: _carried(PoseMemory(Path(), grid)))
-    return Sample("remembered pose", {name: json.dumps(kept).encode()}, action, (name,), weight=6.0)
+    files = {name: json.dumps(kept).encode()}
+    return _read("remembered pose", files, lambda: _carried(PoseMemory(Path(), grid)), 6.0)
 
 
 def _carried(memory: PoseMemory) -> None:
@@ -353,14 +349,12 @@ def _carried(memory: PoseMemory) -> None:
 def _edits() -> Sample:
     text = b"- erase: [[1, 2], [3, 2], [3, 4]]\n- wall: [[0, 0], [5, 0]]\n  width: 0.1\n"
     text += b"- speed: [[5, 0], [9, 0], [9, 3]]\n  limit: 0.5\n"
-    action = partial(read_action, lambda: load_edits(Path("edits.yaml")).moved(np.ones(3)))
-    return Sample("edits", {"edits.yaml": text}, action, ("edits.yaml",), weight=6.0)
+    return _read("edits", {"edits.yaml": text}, lambda: load_edits(Path("edits.yaml")).moved(np.ones(3)), 6.0)
 
 
 def _list() -> Sample:
     text = b"# the drives\nmonday.bag\n'tuesday.bag'\n/no/such/folder\n"
-    action = partial(read_action, lambda: find_bags(Path("list.txt"), Path("out")))
-    return Sample("list", {"list.txt": text}, action, ("list.txt",), weight=4.0)
+    return _read("list", {"list.txt": text}, partial(find_bags, Path("list.txt"), Path("out")), 4.0)
 
 
 def _loops(room: Mapping[str, bytes]) -> list[Sample]:
@@ -389,7 +383,7 @@ def _loops(room: Mapping[str, bytes]) -> list[Sample]:
     ]
     return [
         *(Sample("links", files, partial(racecar, words), (), weight=0.0) for words, files in commands),
-        *(Sample("links", files, partial(read_action, read), (), weight=0.0) for read, files in reads),
+        *(_read("links", files, read, 0.0, ()) for read, files in reads),
     ]
 
 
@@ -399,8 +393,7 @@ def _config() -> Sample:
         "localization": {"particles": 2000, "slip": 0.3},
     }
     files = {"settings.yaml": yaml.safe_dump(settings).encode()}
-    action = partial(read_action, partial(load_config, Path("settings.yaml")))
-    return Sample("config", files, action, tuple(files), weight=8.0)
+    return _read("config", files, partial(load_config, Path("settings.yaml")), 8.0)
 
 
 def _pages(room: Mapping[str, bytes], session: bytes) -> list[Sample]:

@@ -22,37 +22,33 @@ def inputs():
     return prepare(("check",))
 
 
-def test_damaged_inputs_end_in_a_result_or_one_sentence(inputs, tmp_path):
-    faults = []
-    for number in range(INPUTS):
-        tried, folder = inputs.make(number), tmp_path / str(number)
-        tried.sample.write(folder)
-        outcome = run_trial(tried.sample.action, folder, tried.sample.seconds)
-        if outcome.fault:
-            faults.append(f"input {number}, {tried.sample.name}, {tried.what}: {outcome}")
-    assert not faults
+def damaged(inputs):
+    tried = [inputs.make(number) for number in range(INPUTS)]
+    return [(each.what, each.sample) for each in tried]
 
 
-def test_a_page_is_well_whatever_is_said_to_it(inputs, tmp_path):
+def said(inputs):
+    """To a page."""
     (watched,) = (sample for sample in inputs.healthy if sample.name == "page to watch")
     for number in range(PAGES):
-        folder = tmp_path / str(number)
         said, what = damage(SAID, watched.files[SAID], random.Random(number))
-        tried = replace(watched, files={**watched.files, SAID: said})
-        tried.write(folder)
-        outcome = run_trial(tried.action, folder, tried.seconds)
-        assert not outcome.fault, f"{number}, {what}: {outcome}"
+        yield what, replace(watched, files={**watched.files, SAID: said})
 
 
-def test_links_that_lead_to_each_other_end_in_a_result_or_one_sentence(inputs, tmp_path):
+def links(inputs):
+    """That lead to each other."""
+    return [(str(sample.action), sample) for sample in inputs.healthy if sample.name == "links"]
+
+
+@pytest.mark.parametrize("kind", [damaged, said, links])
+def test_what_a_user_may_hand_over_ends_in_a_result_or_one_sentence(kind, inputs, tmp_path):
     faults = []
-    links = [sample for sample in inputs.healthy if sample.name == "links"]
-    for number, sample in enumerate(links):
+    for number, (what, sample) in enumerate(kind(inputs)):
         sample.write(tmp_path / str(number))
         outcome = run_trial(sample.action, tmp_path / str(number), sample.seconds)
         if outcome.fault:
-            faults.append(f"{sample.action}: {outcome}")
-    assert links
+            faults.append(f"{number}, {sample.name}, {what}: {outcome}")
+    assert (tmp_path / "0").exists()
     assert not faults
 
 

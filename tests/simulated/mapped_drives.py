@@ -1,5 +1,6 @@
 """Simulated drives through the mapper, and how far from the truth it ends."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -10,14 +11,15 @@ from scipy.spatial import cKDTree
 from benchmarks.harness.input_faults import fewer_beams
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint
-from racecar.mapping.mapper import Mapper
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
+from tests.mapping.mapped import mapped
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,14 +119,14 @@ def map_drive(
     """Simulate with some settings of `SimulationConfig`, and map every so many scans and beams."""
     grid = _plan(plan)
     simulation = Simulation(grid, SimulationConfig(**settings))
-    mapper = Mapper(MappingConfig(close_loops=close_loops))
-    scans = 0
-    for message in simulation.messages():
-        if not isinstance(message, Scan):
-            if has_wheels:
-                mapper.add_odometry(message)
-            continue
-        if scans % every == 0:
-            mapper.add_scan(*fewer_beams([message], beams_every))
-        scans += 1
-    return MappedDrive(grid, mapper.finish(), simulation.ground_truth.map_from_base[:scans:every])
+
+    def seen() -> Iterator[Scan | Odometry]:
+        scans = 0
+        for message in simulation.messages():
+            is_scan = isinstance(message, Scan)
+            if scans % every == 0 if is_scan else has_wheels:
+                yield from fewer_beams([message], beams_every)
+            scans += is_scan
+
+    result = mapped(seen(), MappingConfig(close_loops=close_loops))
+    return MappedDrive(grid, result, simulation.ground_truth.map_from_base[::every])

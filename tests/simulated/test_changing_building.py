@@ -19,11 +19,10 @@ from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
+from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.runs.place_finding import LocalizerSearch
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel, SimulationConfig
-from racecar.sensors.odometry import Odometry
-from racecar.sensors.scan import Scan
 
 DAYS, SECONDS = 8, 90.0
 CLEAR = 0.12
@@ -47,10 +46,7 @@ def drive(world: OccupancyGrid, seed: int, earlier: Session | None) -> tuple[Map
     simulation, settings = Simulation(world, config), MappingConfig()
     mapper = Mapper(settings)
     for message in simulation.messages():
-        if isinstance(message, Scan):
-            mapper.add_scan(message)
-        elif isinstance(message, Odometry):
-            mapper.add_odometry(message)
+        feed(message, mapper)
     found = None
     if earlier is not None:
         search = LocalizerSearch(earlier, settings, LocalizationConfig(), seed, None)

@@ -5,15 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from racecar.mapping.config import MappingConfig
 from racecar.mapping.keyframes import constraints
-from racecar.mapping.mapper import Mapper
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from racecar.maps.map_files import load_map
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER
 from racecar.pipelines.simulation.simulator import Simulation, SimulationConfig
 from racecar.sensors.scan import Scan
-from tests.mapping.mapped import errors, mean_error
+from tests.mapping.mapped import errors, mapped, mean_error, scans_of
 from tests.maps.shipped_plans import shipped_plan
 
 
@@ -21,11 +19,7 @@ def test_without_odometry_a_fast_turn_between_few_scans_is_not_run_away_from() -
     """Four scans a second at two metres a second; scan odometry loses itself now and then."""
     config = SimulationConfig(duration=30.0, max_speed=2.0)
     simulation = Simulation(shipped_plan("building"), config)
-    mapper = Mapper(MappingConfig())
-    scans = [message for message in simulation.messages() if isinstance(message, Scan)]
-    for scan in scans[::10]:
-        mapper.add_scan(scan)
-    result = mapper.finish()
+    result = mapped(scans_of(simulation.messages())[::10])
     assert errors(result, simulation.ground_truth.map_from_base[::10]).max() < 0.15
 
 
@@ -47,8 +41,7 @@ def error_of_a_car_moved_by_hand(degrees: int) -> float:
     plan = shipped_plan("building")
     simulation = Simulation(plan, SimulationConfig(noise="slight", duration=12.0, max_speed=2.0))
     messages = list(simulation.messages())
-    start = messages[0].stamp
-    mapper = Mapper(MappingConfig())
+    start, kept = messages[0].stamp, []
     before = after = IDENTITY
     is_kept = []
     for message in messages:
@@ -67,14 +60,12 @@ def error_of_a_car_moved_by_hand(degrees: int) -> float:
         elif is_late:
             pose = compose(turned(before, -degrees), between(after, message.odom_from_base))
             message = replace(message, odom_from_base=turned(pose, degrees))
-        message = replace(message, stamp=message.stamp + 30 * 10**9 * is_late)
-        mapper.add_scan(message) if isinstance(message, Scan) else mapper.add_odometry(message)
-    result = mapper.finish()
+        kept.append(replace(message, stamp=message.stamp + 30 * 10**9 * is_late))
     true = simulation.ground_truth.map_from_base[is_kept]
     first_late = np.count_nonzero(is_kept[:240])
     assert np.hypot(*between(true[first_late - 1], true[first_late])[:2]) > 0.5
     true[first_late:] = turned(true[first_late:], degrees)
-    return mean_error(result, true)
+    return mean_error(mapped(kept), true)
 
 
 def turned(map_from_base: Pose, degrees: float) -> Pose:
@@ -113,9 +104,7 @@ def test_wheels_that_begin_anew_while_nothing_was_recorded_tell_of_no_way(
 def error_over_a_gap(simulation: Simulation, began: float, lasted: float, origin: Pose = IDENTITY) -> float:
     """Metres, mean, of a drive of which some seconds are missing; after them the wheels count from ``origin``
     (3,)."""
-    mapper = Mapper(MappingConfig())
-    start = int(simulation.ground_truth.stamps[0])
-    is_kept = []
+    start, kept, is_kept = int(simulation.ground_truth.stamps[0]), [], []
     for message in simulation.messages():
         seconds = (message.stamp - start) * 1e-9
         is_missing = began <= seconds < began + lasted
@@ -123,10 +112,7 @@ def error_over_a_gap(simulation: Simulation, began: float, lasted: float, origin
             is_kept.append(not is_missing)
         if is_missing:
             continue
-        if isinstance(message, Scan):
-            mapper.add_scan(message)
-            continue
-        if seconds >= began:
+        if seconds >= began and not isinstance(message, Scan):
             message = replace(message, odom_from_base=compose(origin, message.odom_from_base))
-        mapper.add_odometry(message)
-    return mean_error(mapper.finish(), simulation.ground_truth.map_from_base[is_kept])
+        kept.append(message)
+    return mean_error(mapped(kept), simulation.ground_truth.map_from_base[is_kept])

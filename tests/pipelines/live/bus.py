@@ -46,6 +46,7 @@ class Bus:
         """What the nodes have said, as ``[WARN] Something is wrong.``."""
         self.are_workers_held_up = False
         """Whether whatever the nodes let their workers do waits."""
+        self.nodes: list[BusNode] = []
         self.publishers: list[Publisher] = []
         self.subscriptions: list[Subscription] = []
         self.services: dict[str, tuple[Any, Callable[..., Any]]] = {}
@@ -66,7 +67,8 @@ class Bus:
 
     def node(self, name: str, *arguments: str) -> "BusNode":
         """A node that starts with the ``arguments`` that follow ``--ros-args``."""
-        return BusNode(self, name, ["--ros-args", *arguments])
+        self.nodes.append(BusNode(self, name, ["--ros-args", *arguments]))
+        return self.nodes[-1]
 
     def at(self, due: int, work: Callable[[], object]) -> None:
         """Let something happen when ``monotonic`` is there."""
@@ -253,6 +255,7 @@ class BusNode(Node):  # type: ignore[misc]
         """As when its process is killed: it is gone without a word."""
         self._is_there = False
         bus = self.bus
+        bus.nodes.remove(self)
         bus.publishers = [each for each in bus.publishers if each.node is not self]
         bus.subscriptions = [each for each in bus.subscriptions if each.node is not self]
         super().destroy_node()
@@ -336,4 +339,6 @@ def ros_bus() -> Iterator[Bus]:
             patch.setattr(save_service, "sister_node", sister_node)
             yield bus
     finally:
+        for node in [*bus.nodes]:
+            node.destroy_node()
         bus.context.try_shutdown()

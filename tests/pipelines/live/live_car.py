@@ -16,6 +16,7 @@ from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
+from tests.pipelines.message_samples import link
 
 if TYPE_CHECKING:
     from tests.pipelines.live.bus import BusNode
@@ -118,15 +119,19 @@ class LiveCar:
         is_upside_down: bool = False,
         stamp: int = 0,
     ) -> None:
-        """Publish where a frame is in another: ``parent_from_child`` (3,)."""
+        """Publish where a frame is in another: ``parent_from_child`` (3,); upside down is turned about the x
+        axis of the child."""
         if topic not in self._transform_topics:
             from racecar.pipelines.live.ros.message_types import transform_message_type
             from racecar.pipelines.live.ros.qos import LATCHED
 
             publisher = self._node.create_publisher(transform_message_type(), topic, LATCHED)
             self._transform_topics[topic] = publisher
-        message = transform_in_space(parent, child, pose, is_upside_down, stamp)
-        self._transform_topics[topic].publish(message)
+        x, y, yaw = pose
+        cos, sin = np.cos(yaw / 2.0), np.sin(yaw / 2.0)
+        rotation = (cos, sin, 0.0, 0.0) if is_upside_down else (0.0, 0.0, sin, cos)
+        message = link(parent, child, (x, y, 0.2), rotation, stamp)
+        self._transform_topics[topic].publish(bytes(ros2_types().serialize_cdr(message, TRANSFORMS)))
 
     def hush_odometry(self) -> None:
         """Nobody publishes /odom."""
@@ -212,26 +217,6 @@ class LiveCar:
                 sample.twist,
             )
         )
-
-
-def transform_in_space(parent: str, child: str, pose: Pose, is_upside_down: bool, stamp: int) -> bytes:
-    """A serialized TFMessage; upside down is turned about the x axis of the child."""
-    types = ros2_types().types
-    half = float(pose[2]) / 2
-    cos, sin = float(np.cos(half)), float(np.sin(half))
-    x, y, z, w = (cos, sin, 0.0, 0.0) if is_upside_down else (0.0, 0.0, sin, cos)
-    transform = types["geometry_msgs/msg/TransformStamped"](
-        header=types["std_msgs/msg/Header"](
-            stamp=types["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9),
-            frame_id=parent,
-        ),
-        child_frame_id=child,
-        transform=types["geometry_msgs/msg/Transform"](
-            translation=types["geometry_msgs/msg/Vector3"](x=float(pose[0]), y=float(pose[1]), z=0.2),
-            rotation=types["geometry_msgs/msg/Quaternion"](x=x, y=y, z=z, w=w),
-        ),
-    )
-    return bytes(ros2_types().serialize_cdr(types[TRANSFORMS](transforms=[transform]), TRANSFORMS))
 
 
 def _place() -> bytes:

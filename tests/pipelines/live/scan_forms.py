@@ -1,15 +1,15 @@
 """One sweep as the messages of different drivers."""
 
-from array import array
 from typing import Any
 
 import numpy as np
 
+from racecar.pipelines.bags.messages import POINT_CLOUD, nanoseconds, ros2_types
+from tests.pipelines.message_samples import cloud, header
+
 
 def as_cloud(scan: Any) -> Any:
-    """A LaserScan as the PointCloud2 of a planar sensor that gives each point its time."""
-    from sensor_msgs.msg import PointCloud2, PointField
-
+    """A LaserScan as the serialized PointCloud2 of a planar sensor that gives each point its time."""
     ranges = np.array(scan.ranges)
     is_return = np.isfinite(ranges) & (ranges < scan.range_max)
     beams = np.flatnonzero(is_return)
@@ -18,19 +18,10 @@ def as_cloud(scan: Any) -> Any:
     points[:, 0] = ranges[beams] * np.cos(bearings)
     points[:, 1] = ranges[beams] * np.sin(bearings)
     points[:, 3] = scan.time_increment * beams
-    return PointCloud2(
-        header=scan.header,
-        height=1,
-        width=len(points),
-        fields=[
-            PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
-            for i, name in enumerate(("x", "y", "z", "time"))
-        ],
-        point_step=16,
-        row_step=16 * len(points),
-        data=array("B", points.tobytes()),
-        is_dense=True,
+    message = cloud(
+        header(nanoseconds(scan.header.stamp), scan.header.frame_id), ("x", "y", "z", "time"), points
     )
+    return bytes(ros2_types().serialize_cdr(message, POINT_CLOUD))
 
 
 def as_echoes(scan: Any) -> Any:

@@ -80,8 +80,16 @@ def stuck() -> Callable[[int], int]:
 FAULTS = {
     "no scans": Fault(no_scans, "Nothing arrives on /scan any more", False, 4.0),
     "no odometry": Fault(no_odometry, "Nothing arrives on /odom any more", True),
-    "clocks set back": Fault(partial(clocks_set, -10), "The stamps of the scans jumped by -", True),
-    "clocks set on": Fault(partial(clocks_set, 3600), "The stamps of the scans jumped by +", True),
+    "clocks set back": Fault(
+        partial(clocks_set, -10),
+        "The stamps of the scans jumped by -10.0 s: a clock was set back, or a bag",
+        True,
+    ),
+    "clocks set on": Fault(
+        partial(clocks_set, 3600),
+        "The stamps of the scans jumped by +3600.0 s: a clock was set. The drive",
+        True,
+    ),
     "clocks set right": Fault(partial(clocks_set, -3590), "The stamps of the scans jumped by -", True),
     "blind": Fault(partial(blind, sees=float("nan")), "The scans hold no readings", False),
     "covered": Fault(

@@ -183,7 +183,7 @@ def test_a_command_takes_the_wheel_from_a_goal(stage: Stage) -> None:
     stage.carry_to(START)
     stage.driver.send_goal(np.array([6.0, 3.0, 0.0]))
     wait_for(lambda: abs(stage.driver.speed) > 0.3, stage.said, 10.0)
-    stage.driver.command(0.0, 0.0, 0.2)
+    stage.driver.command(0.0, 0.0, 0.2, is_stamped=True)
     wait_for(lambda: stage.driver.speed == 0.0, lambda: "it drives on", 3.0)
     assert not stage.simulator._simulation.is_underway
 
