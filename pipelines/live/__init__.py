@@ -1,1 +1,1 @@
-"""The nodes that run on the car: ROS 2 messages in, poses and maps out."""
+"""ROS 2 nodes that run on the car: sensor messages in, poses and maps out."""

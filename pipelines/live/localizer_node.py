@@ -1,4 +1,4 @@
-"""The node that estimates where the car is."""
+"""The ROS 2 node that localizes the car."""
 
 import time
 from collections import deque
@@ -40,42 +40,42 @@ if TYPE_CHECKING:
     from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
 _MOST_SETTINGS = 4
-"""Changes of them that may wait: a person makes no more at once."""
+"""Changes of settings that may wait: a person makes no more at once."""
 _MOST_SCANS = 80
-"""That may wait: two seconds of them, which a car that is slow for a moment catches up with."""
+"""Scans that may wait: two seconds, which a car that is briefly slow catches up with."""
 _REMEMBER_EVERY = 1.0
-"""Seconds; a node that is killed forgets no more than that: by judgement."""
+"""Seconds. Chosen by judgement: a killed node forgets no more than that."""
 
 _OF_ONE_TIME = 1_000_000_000
-"""Nanoseconds by which odometry may be older than a scan whose pose it is remembered with: by judgement."""
+"""Nanoseconds by which odometry may be older than a scan whose pose is saved with it. Chosen by judgement."""
 _PATIENCE = 1_500_000_000
-"""Nanoseconds for which the first scan waits: by judgement, as people wait for the first pose."""
+"""Nanoseconds for which the first scan waits. Chosen by judgement, since people wait for the first pose."""
 _PATIENCE_AFTER_RESTART = 3_000_000_000
-"""The same where odometry may tell how far the car drove meanwhile: as long as DDS takes to find it."""
+"""The same if odometry may show how far the car drove meanwhile: as long as DDS discovery takes."""
 _TRAIL, _DISAGREED_FOR = 400, 3_000_000_000
-"""Scans, and nanoseconds after which it is certain that clocks disagree, as even the slowest lasers have sent
-five scans by then."""
+"""Scans, and nanoseconds after which a disagreement of the clocks is certain, since even the slowest lasers
+have sent five scans by then."""
 _ASTRAY = 0.3
-"""Metres, and half of it radians, by which odometry may be wrong after some seconds: by judgement."""
+"""Metres, and half of it radians, of odometry error after some seconds. Chosen by judgement."""
 
 
 @dataclass(frozen=True, eq=False)
 class LocalizerStart:
-    """Where the localizer's node begins, besides what its parameters say."""
+    """How the localizer node starts, besides its parameters."""
 
     grid: OccupancyGrid | None
-    """None: the map comes on ``/map``."""
+    """None: the map arrives on ``/map``."""
     initial_pose: Pose | None = None
     """(3,)"""
     anywhere: bool = False
-    """Search the whole map and do not look at what is remembered."""
+    """Search the whole map and ignore the remembered pose."""
     memory: Path | None = None
     """Folder of the remembered poses; None to remember nothing."""
     seed: int = 0
 
 
 class LocalizerNode(LiveNode):
-    """Poses of the car on a map, as fast as odometry comes."""
+    """Poses of the car on a map, at the rate of the odometry."""
 
     without: ClassVar[Mapping[str, str]] = {
         "scans": "the pose is carried on by odometry alone",
@@ -89,7 +89,7 @@ class LocalizerNode(LiveNode):
         start: LocalizerStart,
         view: "WatchScreen | None" = None,
     ) -> None:
-        """Surveys the map. Raises UserError when that or a parameter is at fault."""
+        """Surveys the map. Raises UserError when that fails or a parameter is invalid."""
         super().__init__(node, "localizer", config.sensors, moves_laser=True)
         self._config = declare_settings(node, config.localization)
         self._begin = start
@@ -98,7 +98,7 @@ class LocalizerNode(LiveNode):
         self._grid: OccupancyGrid | None = None
         self._memory: PoseMemory | None = None
         self._remembered: RememberedPose | None = None
-        """Until it is known where the car is by now."""
+        """Until the car's current place is known."""
         self._is_asked = False
         self._estimate: PoseEstimate | None = None
         self._whereabouts = Whereabouts(self.inform)
@@ -119,7 +119,7 @@ class LocalizerNode(LiveNode):
             self._take_localizer(start.grid, self._new_localizer(start.grid))
 
     def start(self) -> None:
-        """Begin to listen."""
+        """Subscribe and start the threads."""
         node = self.node
         self._requests.start()
         if self._begin.grid is None:
@@ -131,13 +131,13 @@ class LocalizerNode(LiveNode):
             self._say_ready(self._grid)
 
     def stop(self) -> None:
-        """Do what is waiting, remember the pose, and stop."""
+        """Finish waiting work, save the pose and stop."""
         self._display.end("The node has ended.")
         super().stop()
         self._remember()
 
     def figures(self) -> Mapping[str, Any]:
-        """Of the last estimate."""
+        """Figures of the last estimate."""
         localizer, estimate = self._localizer, self._estimate
         if localizer is None or estimate is None:
             return {}
@@ -156,15 +156,15 @@ class LocalizerNode(LiveNode):
         }
 
     def tell(self, wrong: list[str]) -> None:
-        """Say on the page whether the car is found, and what is wrong."""
+        """Show on the page whether the car is localized, and current faults."""
         self._display.tell(localizer_words(self._estimate, self._whereabouts.quality, wrong))
 
     def take_scan(self, message: Any, arrival: int) -> None:
-        """Let the worker locate it."""
+        """Let the worker localize it."""
         self.worker.put("scan", partial(self._receive_scan, message, arrival), _MOST_SCANS)
 
     def take_odometry(self, message: Any, arrival: int) -> None:
-        """Take it in and publish the pose of now, neither of which waits for the worker."""
+        """Add the sample and publish the current pose, without waiting for the worker."""
         sample = self.sensors.odometry(message, arrival)
         if sample is None:
             return
@@ -188,7 +188,7 @@ class LocalizerNode(LiveNode):
             self.transforms.publish(stamp, estimate.map_from_base, odom_frame, stated)
 
     def take_imu(self, message: Any, arrival: int) -> None:
-        """Take it in, which does not wait for the worker."""
+        """Add the sample, without waiting for the worker."""
         localizer = self._localizer
         sample = self.sensors.yaw_rate(message, arrival)
         if sample is not None:
@@ -197,15 +197,15 @@ class LocalizerNode(LiveNode):
                 localizer.add_yaw_rate(sample)
 
     def _new_localizer(self, grid: OccupancyGrid) -> Localizer:
-        """With random numbers of its own, as the localizer before it goes on while this one is built."""
+        """With its own random numbers, since the previous localizer runs while this one is built."""
         self._maps_taken += 1
         rng = np.random.default_rng([self._begin.seed, self._maps_taken])
         return Localizer(grid, self._config, rng)
 
     def _take_localizer(self, grid: OccupancyGrid, localizer: Localizer) -> None:
-        """Switch to a map; the car stays where it is if the map has room for it there.
+        """Switch to a map, keeping the car's pose if it fits the new map.
 
-        Raises UserError when the start that the user gave is not on the map; then it is searched for.
+        Raises UserError when the start given by the user is not on the map; the whole map is searched then.
         """
         before, self._estimate = self._estimate, None
         self._memory = PoseMemory(self._begin.memory, grid) if self._begin.memory is not None else None
@@ -230,7 +230,7 @@ class LocalizerNode(LiveNode):
         self._remembered = remembered
 
     def _start_from_memory(self, odometry: tuple[int, Odometry] | None) -> None:
-        """The car may have driven on while no node was watching: odometry that went on knows how far."""
+        """Start from the remembered pose, moved by any odometry that kept counting while no node ran."""
         remembered = self._remembered
         if remembered is None:
             return
@@ -245,13 +245,13 @@ class LocalizerNode(LiveNode):
         self._requests.start_from(*(carried or remembered.left_there))
 
     def _localizer_to_start(self) -> Localizer | None:
-        """Whoever says where the car is has the last word over what is remembered."""
+        """The localizer, for a start set by someone, which overrides the remembered pose."""
         self._remembered = None
         return self._localizer
 
     def _start_from_trail(self, arrival: int, sample: Odometry) -> None:
-        """While the clocks disagreed, the odometry of other moments moved the car; of itself it is right. So
-        the car is sought where it leads from where the car was before."""
+        """Restart from a pose before the clocks disagreed, moved by the odometry since then. Wrong stamps had
+        moved the car by odometry of other moments, but its poses are right."""
         trail = list(self._trail)
         self._trail.clear()
         for then, map_from_base, odom_from_base in reversed(trail):
@@ -262,8 +262,8 @@ class LocalizerNode(LiveNode):
                 return
 
     def _receive_scan(self, message: Any, arrival: int) -> None:
-        """The first scans wait until it is known how they are meant, where the laser sits and how far the car
-        drove since its pose was remembered, but not for long: all of that leads astray."""
+        """Hold back the first scans, for a limited time, until their interpretation, the laser's place and
+        the distance driven since the pose was saved are known: errors in these mislead the filter."""
         if self._localizer is None:
             return
         self._first_scans.append((True, message, arrival))
@@ -316,7 +316,7 @@ class LocalizerNode(LiveNode):
             self.side.put("memory", self._remember)
 
     def _follow_laser(self, localizer: Localizer, base_from_laser: Pose) -> None:
-        """Where the laser turns out to sit elsewhere on the car, the car is elsewhere on the map."""
+        """If the laser turns out to sit elsewhere on the car, correct the car's pose on the map."""
         before, self._base_from_laser = self._base_from_laser, base_from_laser
         estimate = self._estimate
         if estimate is None or before is None or np.array_equal(before, base_from_laser):
@@ -339,7 +339,7 @@ class LocalizerNode(LiveNode):
         self.health.note("poses")
 
     def _remember(self) -> None:
-        """Write the pose down, if it is known well."""
+        """Save the pose, if it is certain."""
         localizer, estimate, odometry = self._localizer, self._estimate, self._last_odometry
         if self._memory is None or localizer is None or estimate is None:
             return
@@ -371,7 +371,7 @@ class LocalizerNode(LiveNode):
         self.worker.put("settings", work, _MOST_SETTINGS)
 
     def _on_map(self, message: Any) -> None:
-        """A survey takes a moment on a large map; until it is done the old map serves."""
+        """Survey a new map, which takes a moment if it is large; the old one is used until then."""
 
         def build() -> None:
             grid = grid_of(message)
@@ -385,7 +385,7 @@ class LocalizerNode(LiveNode):
 
     def _switch_to(self, grid: OccupancyGrid, localizer: Localizer) -> None:
         is_first = self._localizer is None
-        localizer.reconfigure(self._config)  # which may have changed while its table was built
+        localizer.reconfigure(self._config)  # may have changed while its table was built
         size = _size_in_words(grid)
         self.faults.end("no_map", f"The map has arrived, {size}.")
         if not is_first:

@@ -1,4 +1,4 @@
-"""The node that maps while the car drives."""
+"""The ROS 2 node that maps while the car drives."""
 
 import pickle
 import time
@@ -42,26 +42,25 @@ if TYPE_CHECKING:
     from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
 _MESSAGES = {"scan": 25_000, "motion": 100_000}
-"""Kinds of messages, and how many of each may wait: ten minutes of them, as long as mapping an hour again
-takes."""
+"""Kinds of messages, and how many of each may wait: ten minutes, as long as mapping an hour again takes."""
 _GIVE_BACK_EVERY = 0.3
-"""Seconds between two times that free memory goes back to the machine, as each takes milliseconds."""
+"""Seconds between returns of free memory to the system, since each takes milliseconds."""
 _HELD_FOR = 0.5
-"""Seconds of silence after which a scan is taken without the odometry that would cover it: as long as
-`HeldScans` waits by the stamps."""
+"""Seconds of silence after which a scan is mapped without odometry that covers it: as long as `HeldScans`
+waits by the stamps."""
 _TOLD_EVERY = 5.0
-"""Seconds between two lines on what a node that ends still does: by judgement."""
+"""Seconds between log lines on what a stopping node still has to do. Chosen by judgement."""
 _FIRST_TOLD = 0.5
-"""The same before the first one, as people wonder soon: by judgement."""
+"""Seconds before the first of them. Chosen by judgement, as people soon wonder."""
 _LONGEST_BREAK = 100.0
-"""Seconds after which a drive is not gone on with but recognized: by judgement, longer than it takes to
-start again, and short for somebody who carries a car elsewhere."""
+"""Seconds of interruption after which a drive is not continued but recognized. Chosen by judgement: longer
+than a restart, but too short to carry a car elsewhere."""
 _BEHIND = 1.0
-"""Seconds for which messages wait when that is worth reporting: by judgement."""
+"""Seconds of delay from which a warning is due. Chosen by judgement."""
 
 
 class MapperNode(LiveNode):
-    """The map of the drive so far, the car's place on it, and files of it."""
+    """Maps a drive, publishes the car's pose on the map, and saves the map."""
 
     without: ClassVar[Mapping[str, str]] = {
         "scans": "the map stays as it is",
@@ -71,12 +70,12 @@ class MapperNode(LiveNode):
     def __init__(
         self, node: Any, output: MapOutput, log: DriveLog, view: "WatchScreen | None" = None
     ) -> None:
-        """Raises UserError that names a parameter at fault."""
+        """Raises UserError that names the invalid parameter."""
         super().__init__(node, "mapper", output.config.sensors, moves_laser=False)
         config = output.config.mapping
         self._output, self._log, self._mapper = output, log, Mapper(config)
         self._earlier: list[Mapper] = []
-        """Of the drives that were broken off for long, in their order."""
+        """Mappers of the drives before long interruptions, in order."""
         self._is_mapping_logged = log.broken_off is not None
         self._is_cut_short = False
         self._drawer = Worker("drawer", self.faults, self.survive)
@@ -105,7 +104,7 @@ class MapperNode(LiveNode):
         self._pose_topic = node.create_publisher(PoseStamped, "tracked_pose", 10)
 
     def start(self) -> None:
-        """Begin to listen."""
+        """Subscribe and start the threads."""
         self._drawer.start()
         if self._is_mapping_logged:
             self.worker.put("log", self._map_logged)
@@ -113,7 +112,7 @@ class MapperNode(LiveNode):
         self._service.start()
 
     def stop(self) -> None:
-        """Take in everything that has come, and stop; another Ctrl-C leaves out what still waits."""
+        """Map all messages received and stop; another Ctrl-C drops those that still wait."""
         self._display.end("The drive is over; its map is being finished and saved.")
         ending = Thread(target=self._end, name="ending", daemon=True)
         ending.start()
@@ -140,8 +139,8 @@ class MapperNode(LiveNode):
         self.side.finish()
 
     def save(self) -> list[str]:
-        """Finish the map of the stopped drive and write its files; where that fails, or is broken off, the
-        drive stays in the log. Returns what is to be said of it; raises UserError when there is no map."""
+        """Finish the map of the stopped drive and write its files; returns sentences on it. If that fails or
+        is interrupted, the drive stays in the log. Raises UserError when there is no map."""
         is_kept = self._mapper.last_stamp is not None
         try:
             said = self._output.save([*self._earlier, self._mapper])
@@ -154,7 +153,7 @@ class MapperNode(LiveNode):
                 self._log.remove()
 
     def figures(self) -> Mapping[str, Any]:
-        """How the map grows, as the worker handed it over."""
+        """Figures of the growing map, as last passed on by the worker."""
         growth = self._growth or Growth()
         return {
             "keyframes": growth.keyframes,
@@ -165,11 +164,11 @@ class MapperNode(LiveNode):
         }
 
     def tell(self, wrong: list[str]) -> None:
-        """Say on the page how much is mapped, and what is wrong."""
+        """Show on the page how much is mapped, and current faults."""
         self._display.tell(mapper_words(self._growth, self._verdict.quality, wrong))
 
     def summary(self) -> dict[str, Any]:
-        """Figures of the whole run, also by how many seconds the mapper was behind at most."""
+        """Figures of the whole run, including the mapper's longest delay in seconds."""
         return {**super().summary(), "longest_backlog": self._longest_backlog}
 
     def take_scan(self, message: Any, arrival: int) -> None:
@@ -177,11 +176,11 @@ class MapperNode(LiveNode):
         self.worker.put("scan", partial(self._receive, True, message, arrival), _MESSAGES["scan"])
 
     def take_odometry(self, message: Any, arrival: int) -> None:
-        """Let the worker take it in, in its turn."""
+        """Add it in the worker, in turn."""
         self.worker.put("motion", partial(self._receive, False, message, arrival), _MESSAGES["motion"])
 
     def take_imu(self, message: Any, arrival: int) -> None:
-        """Let the worker take it in, in its turn."""
+        """Add it in the worker, in turn."""
         self.worker.put("motion", partial(self._receive_imu, message, arrival), _MESSAGES["motion"])
 
     def _receive_imu(self, message: Any, arrival: int) -> None:
@@ -227,7 +226,7 @@ class MapperNode(LiveNode):
             self._hold(sample)
 
     def watch(self) -> None:
-        """Also: a scan waits for its odometry only while messages come."""
+        """Also release scans that wait for odometry once no messages arrive."""
         super().watch()
         worker, health = self.worker, self.health
         is_silent = min(health.silence("scans"), health.silence("odometry")) > _HELD_FOR
@@ -245,11 +244,11 @@ class MapperNode(LiveNode):
             self.worker.attempt(partial(self._map, item))
 
     def _map_logged(self) -> None:
-        """Map what the node that was killed had taken in; what comes meanwhile waits."""
+        """Map what the killed node had logged; new messages wait meanwhile."""
         began = time.monotonic()
         for entry in self._log.entries():
             if self._is_cut_short:
-                return  # and all of it stays in the log
+                return  # all of it stays in the log
             self.worker.attempt(partial(self._take_logged, entry))
         if (last := self._mapper.last_stamp) is not None:
             self.sensors.carry_on(last)
@@ -265,7 +264,7 @@ class MapperNode(LiveNode):
             feed(entry, self._mapper)
 
     def _keep(self, entry: Entry) -> None:
-        """Log something; where that cannot be the drive goes on without."""
+        """Log an entry; if that fails the drive continues without a log."""
         try:
             self._log.add(entry)
             self.faults.end("log", "The drive is logged again.")
@@ -297,7 +296,7 @@ class MapperNode(LiveNode):
             self.side.put("memory", give_back_free_memory)
 
     def _leave_earlier(self, seconds: float) -> None:
-        """The car was left alone for so long that nobody knows where it is on the map."""
+        """Begin another drive, since the car may be anywhere on the map after so long an interruption."""
         self._keep(AnotherDrive())
         self._begin_another()
         self.inform(
@@ -322,7 +321,7 @@ class MapperNode(LiveNode):
         self.transforms.publish(stamp, map_from_base, self._odom_frame, stated)
 
     def _request_drives(self) -> Future[bytes]:
-        """All drives between two messages, as they are pickled; a UserError where there is nothing yet."""
+        """All drives between two messages, pickled; fails with a UserError if there are none yet."""
         taken: Future[bytes] = Future()
 
         def take() -> None:

@@ -1,4 +1,4 @@
-"""What the localizer's node and the mapper's share: the car's messages, its faults and its diagnostics."""
+"""What the localizer and mapper nodes share: the car's messages, faults and diagnostics."""
 
 import time
 from abc import ABC, abstractmethod
@@ -34,26 +34,26 @@ from racecar.sensors.self_calibration.sensor_learning import SensorLearning
 _SILENT_AFTER = 1.0
 """Seconds without a message after which a topic has stopped; the slowest scanners send twice a second."""
 _PATIENCE = 3.0
-"""Seconds after the start for which a topic may be silent, since DDS takes up to 3 s to find publishers."""
+"""Seconds after the start for which a topic may be silent, since DDS discovery takes up to 3 s."""
 
 _READINGS_WAIT, _BATCHES_WAIT = 4, 200
 """Pieces of work that may wait: first messages of some lasers, and minutes of a drive, to learn from."""
 _LOOK_EVERY = 5.0
-"""Seconds between two looks at who else publishes on a topic: by judgement, as people start drivers."""
+"""Seconds between checks for other publishers on a topic. Chosen by judgement, since people start drivers."""
 _NO_ODOMETRY = 1.5
-"""Seconds after the start without anybody who publishes odometry, after which transforms serve for it; less
-than the first scans wait for odometry. By judgement."""
+"""Seconds after the start without a publisher of odometry, after which transforms are used instead. Chosen by
+judgement: less than the first scans wait for odometry."""
 
 
 class LiveNode(ABC):
-    """Takes in scans and odometry, and reports once a second how it is."""
+    """Receives scans and odometry, and reports its state once a second."""
 
     without: ClassVar[Mapping[str, str]]
-    """What it means when the scans or the odometry stop."""
+    """The consequence when the scans or the odometry stop."""
 
     def __init__(self, node: Any, name: str, sensors: SensorConfig, *, moves_laser: bool) -> None:
-        """``sensors`` says what of their readings counts; ``moves_laser``: whether the laser's place may
-        change meanwhile. Raises UserError that names a parameter at fault."""
+        """``sensors`` filters the readings; ``moves_laser``: whether the laser's place may change during the
+        run. Raises UserError that names the invalid parameter."""
         self.node = node
         self.parameters = declare_settings(node, CarParameters(), read_only=True)
         self.faults = Faults(self._warn, self.inform)
@@ -86,7 +86,7 @@ class LiveNode(ABC):
         self._schedule = Schedule()
 
     def start(self) -> None:
-        """Begin to listen; everything else must be ready."""
+        """Subscribe and start the threads; everything else must be ready."""
         self.worker.start()
         self.side.start()
         self._learner.start()
@@ -102,13 +102,13 @@ class LiveNode(ABC):
         node.create_timer(1.0, self._report)
 
     def stop(self) -> None:
-        """Do what is waiting, and stop."""
+        """Finish waiting work and stop."""
         self.stop_learning()
         self.worker.finish(10.0)
         self.side.finish(10.0)
 
     def stop_learning(self) -> None:
-        """Whatever is not known by now stays so."""
+        """Keep what has been learned so far, and stop learning."""
         self.learning.stop()
         self._learner.finish(10.0)
 
@@ -122,42 +122,42 @@ class LiveNode(ABC):
         }
 
     def inform(self, sentence: str) -> None:
-        """Say something in the log."""
+        """Log a sentence."""
         self.node.get_logger().info(with_short_words(sentence))
 
     def stamp_of(self, message: Any) -> Any:
-        """The stamp that what is made of a message bears: its header's, or else the time."""
+        """The stamp for results from a message: its header's, or the current time if that is zero."""
         stamp = message.header.stamp
         return stamp if stamp.sec or stamp.nanosec else self.node.get_clock().now().to_msg()
 
     def stamp_of_scan(self, message: Any) -> Any:
-        """The same of a scan, put right where its clock is the wrong one."""
+        """The same for a scan, corrected if its clock is wrong."""
         stamp, error = self.stamp_of(message), self.sensors.clock_error(message)
         return time_message(nanoseconds(stamp) - error) if error else stamp
 
     def survive(self, error: Exception) -> None:
-        """A callback has failed: that is reported, and the node goes on."""
+        """Report an exception in a callback, after which the node continues."""
         self.faults.report_failure(error)
 
     @abstractmethod
     def take_scan(self, message: Any, arrival: int) -> None:
-        """A message with a scan, and when it arrived in nanoseconds; returns at once."""
+        """Receive a scan message that arrived at a time (nanoseconds); returns at once."""
 
     @abstractmethod
     def take_odometry(self, message: Any, arrival: int) -> None:
-        """A message with odometry, in the same way."""
+        """Receive an odometry message likewise."""
 
     @abstractmethod
     def take_imu(self, message: Any, arrival: int) -> None:
-        """A message of an IMU, in the same way."""
+        """Receive an IMU message likewise."""
 
     @abstractmethod
     def figures(self) -> Mapping[str, Any]:
-        """What ``/diagnostics`` says besides rates and latency."""
+        """Figures for ``/diagnostics`` besides rates and latency."""
 
     @abstractmethod
     def tell(self, wrong: list[str]) -> None:
-        """Say on the page how it is, and what is wrong."""
+        """Show the node's state and current faults on the page."""
 
     def _known_sensors(self) -> KnownSensors:
         place = self.sensors.first_place
@@ -196,7 +196,7 @@ class LiveNode(ABC):
                 self._take_odometry(odometry)
 
     def watch(self) -> None:
-        """Twice a second: topics that are silent, a sensor of unknown place, and work that piles up."""
+        """Twice a second, check for silent topics, a sensor of unknown place, and work that piles up."""
         for what, topic in self._topics.items():
             if self.health.silence(what) > _SILENT_AFTER:
                 topic.look()
@@ -222,12 +222,12 @@ class LiveNode(ABC):
         self.faults.judge(bool(others), finding, ended, key=f"other {what}")
 
     def judge_turns(self, model: TurnModel) -> None:
-        """Report a gyroscope that contradicts the scans, as one in degrees does."""
+        """Report a gyroscope that contradicts the scans, such as one in degrees."""
         finding = Finding("gyroscope_contradicts", contradiction=model.contradiction, remedy=model.remedy)
         self.faults.judge(model.is_contradicted, finding, "The gyroscope agrees with the scans.")
 
     def judge_odometry(self, odometry: FrozenOdometry) -> None:
-        """Report odometry that repeats one pose while the car drives, as long as it does."""
+        """Report odometry that repeats one pose, while the car drives and this lasts."""
         self.faults.judge(odometry.hangs, Finding("odometry_hangs"), "The odometry moves again.")
 
     def _look_at_transforms(self) -> None:
@@ -245,7 +245,7 @@ class LiveNode(ABC):
         self._transforms.look(wants_moving=not (seconds > _PATIENCE and is_all_told))
 
     def _seek_transform_odometry(self) -> None:
-        """A car that moves in its transforms and publishes no other odometry has it there."""
+        """Use the odometry in the transforms of a car that publishes no other."""
         frame = next(iter(self.sensors.scan_frames), None)
         links = None if frame is None else self.sensors.frames.odometry(frame)
         if links is not None:

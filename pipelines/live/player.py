@@ -1,4 +1,4 @@
-"""A bag played to ROS 2: every message as it was recorded, at the pace it was recorded or another."""
+"""Play a bag to ROS 2: every message as recorded, at the recorded pace or another."""
 
 import time
 from collections.abc import Callable, Collection, Iterator
@@ -21,38 +21,38 @@ from racecar.pipelines.live.ros.messages import time_message
 
 _LATCHED = ("/tf_static", "/map", "/robot_description")
 _SETTLED = 3.2
-"""Seconds without a new listener after which all are there: who missed a process's first announcement hears
-its next one three seconds later (the default of Fast DDS)."""
+"""Seconds without a new listener after which all are there: a process whose first announcement was missed
+repeats it three seconds later (the default of Fast DDS)."""
 _LONGEST_SLEEP = 0.1
-"""Seconds, so that Ctrl-C is heard."""
+"""Seconds, so that Ctrl-C is handled."""
 _CLOCK_EVERY = 10_000_000
-"""Nanoseconds of log."""
+"""Nanoseconds of recording time."""
 
 
 @dataclass
 class Played:
-    """How a bag was played."""
+    """Result of playing a bag."""
 
     messages: int = 0
     scans: int = 0
     latest: float = 0.0
-    """Seconds by which the latest message was late."""
+    """Largest delay of a message in seconds."""
 
 
 class Player:
     """Publishes a bag's topics through a ROS node."""
 
     def __init__(self, node: Any, path: Path, topics: Collection[str] = ()) -> None:
-        """Opens the bag; all topics are played that this ROS has the types of, or those named.
+        """Opens the bag. By default all topics whose types this ROS has are played.
 
-        Raises UserError when the path holds no bag or nothing of it can be played.
+        Raises UserError when the path holds no bag or none of it can be played.
         """
         self._node = node
         self._store = BagStore(path)
         try:
             chosen = self._choose(topics)
             self.left_out = [topic for topic in chosen if message_class(topic.message_type) is None]
-            """Topics of types that this ROS does not have."""
+            """Topics of types that this ROS lacks."""
             self.topics = [topic for topic in chosen if topic not in self.left_out]
             if not self.topics:
                 raise UserError(
@@ -69,7 +69,7 @@ class Player:
 
     @property
     def message_count(self) -> int:
-        """Messages that are there to be played."""
+        """Number of messages to be played."""
         return sum(topic.message_count for topic in self.topics)
 
     def close(self) -> None:
@@ -81,8 +81,8 @@ class Player:
         self._clock = self._node.create_publisher(Clock, "/clock", 10)
 
     def wait_for_listeners(self, seconds: float, listeners: int | None = None) -> bool:
-        """Wait, for so long at most, until anybody hears the scans, and then for all who come soon after, or
-        for as many as ``listeners``; says whether anybody does."""
+        """Wait, for ``seconds`` at most, for a subscriber to the scans, and then for all that follow soon, or
+        for ``listeners`` of them; returns whether there is any."""
         scans = [topic for topic in self.topics if topic.message_type in SCAN_CONVERTERS]
         publishers = [self._publishers[topic.name] for topic in scans or self.topics]
         began = since = time.monotonic()
@@ -99,7 +99,7 @@ class Player:
             time.sleep(0.02)
 
     def play(self, speed: float, progress: Callable[[int], None] = lambda count: None) -> Played:
-        """Publish everything, ``speed`` times as fast as it was recorded."""
+        """Publish everything, ``speed`` times as fast as recorded."""
         played = Played()
         started, first, clock = time.monotonic(), None, 0
         for topic, recorded, data in self._messages():
@@ -132,7 +132,7 @@ class Player:
         return self._node.create_publisher(message_class(topic.message_type), topic.name, qos)
 
     def _messages(self) -> Iterator[tuple[BagTopic, int, bytes]]:
-        """Topic, nanoseconds of recording, and the message as ROS 2 serializes it."""
+        """Topic, recording time in nanoseconds, and the message as ROS 2 serializes it."""
         by_name = {topic.name: topic for topic in self.topics}
         for name, recorded, data in self._store.messages(list(by_name)):
             topic = by_name[name]
@@ -145,7 +145,7 @@ class Player:
 
 
 def _sleep_until(due: float) -> float:
-    """Returns by how many seconds it is already late."""
+    """Sleep until a time; returns the seconds since then if it is already past."""
     while (left := due - time.monotonic()) > 0.0:
         time.sleep(min(left, _LONGEST_SLEEP))
     return -left

@@ -1,4 +1,4 @@
-"""Where the car was when its node stopped, and where its laser sits, so that the next start begins there."""
+"""The pose of the car when its node stopped, and the place of its laser, for the next start."""
 
 import hashlib
 import time
@@ -18,21 +18,21 @@ from racecar.pipelines.files.report import write_json
 from racecar.pipelines.live.intake.laser_place import LaserPlace, Square, Vector
 
 _LONGEST_BRIDGE = 3600.0
-"""Seconds over which the odometry is believed to have gone on counting: by judgement."""
+"""Seconds over which the odometry may have kept counting. Chosen by judgement."""
 _FASTEST = 10.0
-"""Metres per second; odometry that claims more was restarted meanwhile; no small car is as fast."""
+"""Metres per second; no small car is as fast, so faster odometry was restarted meanwhile."""
 _BEGINS_WITHIN = 0.5
-"""Metres, and radians, from where odometry begins to count: who listens to it from its start on, or while the
-car stands, hears it there. By judgement."""
+"""Metres and radians from the odometry's origin within which it has just started. Chosen by judgement:
+whoever listens from the start, or while the car stands, receives it there."""
 _LEFT_WITHIN = (0.3, 0.3, 0.15)
-"""Standard deviations (m, m, rad) of a place that nothing carries to where the car is now: by judgement, as
-it may have been pushed aside; where it was carried away, the scans do not fit."""
+"""Standard deviations (m, m, rad) of a pose without odometry since it was saved. Chosen by judgement, as the
+car may have been pushed aside; if it was carried away, the scans do not fit."""
 _DRIFT = 0.05
-"""Standard deviation (m, rad) per metre that the car went meanwhile; wheels drift by 2 to 5 % on our logs."""
+"""Standard deviation (m, rad) per metre driven meanwhile; wheels drift by 2 to 5 % in our logs."""
 
 
 _MOST_BYTES = 100_000
-"""Of the file, since what is written takes a hundredth."""
+"""Bytes of the file, a hundred times what is written."""
 
 
 def _is_covariance(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -42,24 +42,24 @@ def _is_covariance(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class RememberedPose(Lenient):
-    """A pose, and what the odometry said at the same time; the file of it."""
+    """A pose with the odometry at the same time, as stored in a file."""
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
     map_from_base: Vector
     covariance: Annotated[Square, AfterValidator(_is_covariance)]
     odometry_stamp: Annotated[int, Field(ge=-(2**63), lt=2**63)] | None = None
-    """Nanoseconds, of the message's header; None where there was no odometry."""
+    """Nanoseconds, of the message's header; None without odometry."""
     odom_from_base: Vector | None = None
     laser: LaserPlace | None = None
-    """Where it sat."""
+    """The laser's place."""
 
     def carried_to(self, stamp: int, odom_from_base: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
-        """The pose (3,) and covariance (3, 3) now, by odometry that went on counting, or None."""
+        """The current pose (3,) and covariance (3, 3), if the odometry kept counting; or None."""
         if self.odometry_stamp is None or self.odom_from_base is None:
             return None
         if _is_at_begin(odom_from_base) and not _is_at_begin(self.odom_from_base):
-            return None  # it has begun anew
+            return None  # it has restarted
         seconds = (stamp - self.odometry_stamp) * 1e-9
         step = between(self.odom_from_base, odom_from_base)
         distance = float(np.hypot(step[0], step[1]))
@@ -70,12 +70,12 @@ class RememberedPose(Lenient):
 
     @property
     def left_there(self) -> tuple[Pose, NDArray[np.float64]]:
-        """The pose (3,) and covariance (3, 3) of a car that was left where it was."""
+        """The pose (3,) and covariance (3, 3) of a car that was not moved."""
         return self.map_from_base, self.covariance + np.diag(np.square(_LEFT_WITHIN))
 
 
 class PoseMemory:
-    """A file per map; without a folder nothing is kept."""
+    """One file per map."""
 
     def __init__(self, folder: Path, grid: OccupancyGrid) -> None:
         digest = hashlib.sha256(np.ascontiguousarray(grid.cells).tobytes())
@@ -83,11 +83,11 @@ class PoseMemory:
         self.path = folder / f"pose-{digest.hexdigest()[:16]}.json"
 
     def save(self, pose: RememberedPose) -> None:
-        """Replace what was remembered. Raises UserError when the place cannot be written to."""
+        """Replace the stored pose. Raises UserError when the file cannot be written."""
         write_json(self.path, pose.model_dump())
 
     def load(self) -> RememberedPose | None:
-        """What was remembered for this map, or None. Raises UserError when it is damaged."""
+        """The pose stored for this map, or None. Raises UserError when it is damaged."""
         if not self.path.is_file():
             return None
         try:
@@ -97,7 +97,7 @@ class PoseMemory:
                 f"{self.path} holds no remembered pose; remove it, or give the start yourself."
             ) from error
         if pose.odom_from_base is None or self.path.stat().st_mtime < _computer_began():
-            return pose.model_copy(update={"odometry_stamp": None})  # odometry began then, too
+            return pose.model_copy(update={"odometry_stamp": None})  # odometry restarted, too
         return pose
 
 
@@ -107,5 +107,5 @@ def _is_at_begin(odom_from_base: Pose) -> bool:
 
 
 def _computer_began() -> float:
-    """Seconds since the epoch, when this computer was switched on."""
+    """Seconds since the epoch when this computer was booted."""
     return time.time() - time.clock_gettime(time.CLOCK_BOOTTIME)

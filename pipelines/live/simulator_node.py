@@ -1,4 +1,4 @@
-"""The node that is a car: it drives in a simulated world, and says what its sensors measure there."""
+"""The ROS 2 node of a simulated car: it drives in a simulated world, and publishes its sensor readings."""
 
 import time
 from typing import Any
@@ -27,14 +27,14 @@ _PERIOD = PERIOD_TICKS * TICK
 _SHORTEST_TIMER = 0.005
 """Seconds; at a faster pace several steps are made at once."""
 _HELD_UP = 0.5
-"""Seconds of the computer's time that are caught up with; by more, simulated time stays behind, so that a
-car that was held up does not leap. Planning a way takes less."""
+"""Seconds of wall time that are caught up with. Beyond that simulated time falls behind, so that a delayed
+car does not leap. Planning a path takes less."""
 _LOADING = 0.1
-"""Simulated seconds in which the laser has measured."""
+"""Simulated seconds within which the laser has measured."""
 
 
 class SimulatorNode:
-    """Drives by goals and commands. All its callbacks run in one thread, so that nothing needs a lock."""
+    """Drives by goals and commands. All callbacks run in one thread, so no locks are needed."""
 
     def __init__(
         self,
@@ -44,10 +44,10 @@ class SimulatorNode:
         pace: float,
         teleports: bool,
     ) -> None:
-        """``pace``: simulated seconds in one of the computer's; ``teleports``: whether ``initialpose``
-        carries the car.
+        """``pace``: simulated seconds per second of wall time; ``teleports``: whether ``initialpose`` moves
+        the car.
 
-        Raises UserError that names a parameter at fault.
+        Raises UserError that names the invalid parameter.
         """
         self.node, self.faults = node, Faults(self._warn, self._inform)
         self._simulation, self._pace = simulation, pace
@@ -65,12 +65,12 @@ class SimulatorNode:
         self._reported = 0.0, 0
 
     def start(self) -> None:
-        """Begin to drive; simulated time begins at the computer's."""
+        """Start to drive; simulated time starts at the computer's time."""
         node, simulation = self.node, self._simulation
         watch_settings(node, lambda: simulation.conditions, self._take_conditions)
         _load_kernels(simulation)
         simulation.start_ns = time.time_ns() - round(simulation.seconds * 1e9)
-        # Half a step early, so that a timer that is a little early or late makes one step all the same.
+        # Half a step early, so that a timer that is slightly early or late still makes one step.
         self._began = time.monotonic() - 0.5 * _PERIOD / self._pace
         self._reported = time.monotonic(), 0
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -150,6 +150,6 @@ class SimulatorNode:
 
 
 def _load_kernels(simulation: DrivenSimulation) -> None:
-    """Plan, move and measure a little, as the first time takes a second or two."""
+    """Plan, move and measure briefly, since the first time takes a second or two."""
     simulation.drive_to(simulation.truth)
     simulation.advance(_LOADING)

@@ -1,4 +1,4 @@
-"""Where people say that the car is: by an initial pose, a clicked point, or by asking for a global search."""
+"""Places set by people: an initial pose, a clicked point, or a request for a global search."""
 
 from collections.abc import Callable
 from functools import partial
@@ -24,7 +24,7 @@ _MOST_WAITING = 4
 
 
 class _Clicks(Settings):
-    """How exact people are."""
+    """Accuracy of clicks."""
 
     clicked_radius: float = Field(
         1.0,
@@ -35,7 +35,7 @@ class _Clicks(Settings):
 
 
 class StartRequests:
-    """Hands what comes on the topics ``initialpose`` and ``clicked_point`` and by the service
+    """Passes requests from the topics ``initialpose`` and ``clicked_point`` and the service
     ``reinitialize_global_localization`` to the localizer."""
 
     def __init__(
@@ -46,28 +46,28 @@ class StartRequests:
         localizer: Callable[[], Localizer | None],
         inform: Callable[[str], None],
     ) -> None:
-        """``localizer``: the one in use, None before there is a map. Raises UserError that names a parameter
-        at fault."""
+        """``localizer``: the current one, None before there is a map. Raises UserError that names the invalid
+        parameter."""
         self._node, self._map_frame, self._worker = node, map_frame, worker
         self._localizer, self._inform = localizer, inform
         self._clicked_radius = declare_settings(node, _Clicks(), read_only=True).clicked_radius
 
     def start(self) -> None:
-        """Begin to listen."""
+        """Create the subscriptions and the service."""
         node = self._node
         node.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, 10)
         node.create_subscription(PointStamped, "clicked_point", self._on_clicked_point, 10)
         node.create_service(Empty, "reinitialize_global_localization", self._on_global)
 
     def start_from(self, map_from_base: Pose, covariance: NDArray[np.float64] | None) -> None:
-        """Start from a pose (3,) with a covariance (3, 3), None for the settings' own; in the worker's
-        thread. Raises UserError where the car cannot be there."""
+        """Start from a pose (3,) with a covariance (3, 3), None for that of the settings; runs in the
+        worker's thread. Raises UserError if the car cannot be there."""
         self._known_localizer().set_pose(map_from_base, covariance)
         x, y, yaw = map_from_base
         self._inform(f"Searching for the car near ({x:.2f}, {y:.2f}), heading {yaw:.2f} rad.")
 
     def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64] | None) -> None:
-        """Let the worker do so."""
+        """Let the worker start from a pose, as `start_from` does."""
         self._worker.put("place", partial(self.start_from, map_from_base, covariance), _MOST_WAITING)
 
     def _on_initial_pose(self, message: Any) -> None:

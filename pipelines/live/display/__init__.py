@@ -1,1 +1,1 @@
-"""What nodes show to people, in RViz and in the browser."""
+"""What the nodes display in RViz and in the browser."""

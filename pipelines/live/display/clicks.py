@@ -1,4 +1,4 @@
-"""Goals and places that are clicked on the page, as messages such as RViz sends."""
+"""Publish goals and places clicked on the page as the messages that RViz sends."""
 
 import math
 from threading import Lock
@@ -14,14 +14,14 @@ from racecar.pipelines.live.ros.qos import is_heard
 from racecar.pipelines.studio.pointed import Pointed
 
 _UNKNOWN = "_NODE_NAME_UNKNOWN_"
-"""As ROS calls nodes of whom nothing but their topic has become known yet."""
+"""Name that ROS gives to nodes of which only the topic has been discovered."""
 
 
 class Clicks:
-    """Published until it is closed; may be called by any thread."""
+    """Publishes clicks until it is closed; thread-safe."""
 
     def __init__(self, node: Any, map_frame: str, *, tells_places: bool) -> None:
-        """``tells_places``: whether clicks may say where the car is, besides goals."""
+        """``tells_places``: whether clicks may set the car's place, besides goals."""
         self._node, self._map_frame, self._lock, self._is_open = node, map_frame, Lock(), True
         self._goals = node.create_publisher(PoseStamped, "goal_pose", 10)
         if tells_places:
@@ -29,8 +29,8 @@ class Clicks:
             self._points = node.create_publisher(PointStamped, "clicked_point", 10)
 
     def send_goal(self, map_from_goal: Pose) -> str:
-        """Publish a goal (3,), as RViz's 2D Goal Pose does; the sentence that says to whom. Raises UserError
-        where nobody listens."""
+        """Publish a goal (3,) like RViz's 2D Goal Pose; returns a sentence that names the receivers. Raises
+        UserError if there is no subscriber."""
         goal = PoseStamped(header=self._header())
         fill_pose(goal.pose, map_from_goal)
         listeners = self._publish(self._goals, goal, "start a navigation or `racecar live simulate`")
@@ -38,8 +38,8 @@ class Clicks:
         return f"The goal x {x:.2f} m, y {y:.2f} m, heading {math.degrees(yaw):.0f}° went to {listeners}."
 
     def send_place(self, shown: Pointed) -> str:
-        """Say that the car is there, as RViz's 2D Pose Estimate does, or without a heading as its Publish
-        Point; the sentence that says to whom. Raises UserError where nobody listens."""
+        """Set the car's place like RViz's 2D Pose Estimate, or its Publish Point if there is no heading;
+        returns a sentence that names the receivers. Raises UserError if there is no subscriber."""
         x, y = shown.place.tolist()
         if shown.heading is None:
             topic, message = self._points, PointStamped(header=self._header(), point=Point(x=x, y=y))
@@ -55,7 +55,7 @@ class Clicks:
         return f"{what} went to {self._publish(topic, message, 'the localizer is starting, so try again')}."
 
     def close(self) -> None:
-        """Publish nothing any more."""
+        """Stop publishing."""
         with self._lock:
             self._is_open = False
 
@@ -63,8 +63,8 @@ class Clicks:
         return header(self._node.get_clock().now().to_msg(), self._map_frame)
 
     def _publish(self, publisher: Any, message: Any, remedy: str) -> str:
-        """Who listens, for people to read."""
-        name = publisher.topic_name  # in the node's namespace, and as it was remapped
+        """Publish and return the names of the subscribers."""
+        name = publisher.topic_name  # with namespace and remapping
         with self._lock:
             if not self._is_open:
                 raise UserError("Nothing is sent any more, as the node is ending.")

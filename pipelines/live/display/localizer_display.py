@@ -1,4 +1,4 @@
-"""What the localizer's node shows to people: the map, the scan laid over it, particles and the path."""
+"""What the localizer node displays: the map, the scan on the map, the particles and the path."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
 _VIEW_EVERY = 0.2
-"""Seconds; the browser shows a car that moves, RViz draws it from the transform: by judgement."""
+"""Seconds. Chosen by judgement: the browser shows a moving car, while RViz draws it from the transform."""
 
 
 class _Rates(Settings):
-    """Per second, when anyone listens."""
+    """Rates in messages per second, if there are subscribers."""
 
     particle_rate: float = Field(
         5.0,
@@ -42,19 +42,19 @@ class _Rates(Settings):
 
 
 class LocalizerDisplay(NodeDisplay):
-    """Also the scan laid over the map, and the particles."""
+    """Also publishes the scan on the map, and the particles."""
 
     def __init__(
         self, node: Any, map_frame: str, worker: Worker, view: "WatchScreen | None", *, publishes_map: bool
     ) -> None:
-        """Raises UserError that names a parameter at fault."""
+        """Raises UserError that names the invalid parameter."""
         self._rates = declare_settings(node, _Rates(), read_only=True)
         super().__init__(node, map_frame, worker, view, publishes_map=publishes_map, tells_places=True)
         self._particle_topic = node.create_publisher(PoseArray, "particle_cloud", 1)
         self._cloud_topic = node.create_publisher(PointCloud2, "scan_on_map", 1)
 
     def show(self, stamp: Any, scan: Scan, estimate: PoseEstimate, localizer: Localizer) -> None:
-        """A scan with its estimate, whose pose is the next of the path."""
+        """Display a scan and its estimate, and append the pose to the path."""
         map_from_base, frame = estimate.map_from_base, self._map_frame
 
         def particles() -> Pose:

@@ -1,4 +1,4 @@
-"""What the map that grows is worth so far, for who watches the diagnostics."""
+"""Judge the map while it grows, for the diagnostics."""
 
 import time
 from collections.abc import Callable
@@ -8,23 +8,23 @@ from racecar.mapping.quality.map_quality import MapQuality
 from racecar.pipelines.live.work.worker import Worker
 
 _EVERY = 60.0
-"""Seconds between two judgements: by judgement, as a map of some metres more is hardly a better one."""
+"""Seconds between verdicts. Chosen by judgement, since a few more metres hardly improve a map."""
 _LEAST_REST = 100.0
-"""Times as long as judging takes, which grows with the map: 1 % of a core, because mapping comes first."""
+"""Minimum pause per judging time, which grows with the map: 1 % of a core, because mapping comes first."""
 
 
 class MapVerdict:
-    """Judges the map from time to time."""
+    """Judges the map periodically."""
 
     def __init__(self, worker: Worker) -> None:
         self._worker = worker
         self._due = time.monotonic() + _EVERY
         self.quality: MapQuality | None = None
-        """As it was judged last; None before that."""
+        """The last verdict; None before the first."""
 
     @property
     def figures(self) -> dict[str, Any]:
-        """The last verdict, with the first reason where the map is not good; nothing before there is one."""
+        """The last verdict, with the first reason if the map is not good; empty before the first."""
         quality = self.quality
         if quality is None:
             return {}
@@ -36,7 +36,7 @@ class MapVerdict:
         }
 
     def judge_when_due(self, quality: Callable[[], Callable[[], MapQuality]]) -> None:
-        """Let the worker judge the map as it is now, if it is time; ``quality`` takes hold of it."""
+        """If due, let the worker judge the current map; ``quality`` takes a snapshot of it."""
         if time.monotonic() < self._due:
             return
         self._due = float("inf")

@@ -1,4 +1,4 @@
-"""What the mapper's node shows to people: the map as it grows, its pose graph and the path."""
+"""What the mapper node displays: the growing map, its pose graph and the path."""
 
 from collections.abc import Callable
 from functools import partial
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
 _MAP_EVERY, _GRAPH_EVERY, _VIEW_EVERY = 0.5, 2.0, 0.5
-"""Seconds; the more work it is to make, the longer: by judgement."""
+"""Seconds. Chosen by judgement: longer for what takes more work."""
 
 
 class MapperDisplay(NodeDisplay):
-    """Also the pose graph, and the map as it grows."""
+    """Also publishes the pose graph and the growing map."""
 
     def __init__(
         self,
@@ -37,7 +37,7 @@ class MapperDisplay(NodeDisplay):
         view: "WatchScreen | None",
         health: Health,
     ) -> None:
-        """``drawer`` draws the map into a ``new_grid``; beside other work it would wait for that."""
+        """``drawer`` draws the map into a ``new_grid``, so that it need not wait for the other work."""
         super().__init__(node, map_frame, worker, view, publishes_map=True, tells_places=False)
         self._drawer, self._health = drawer, health
         self._new_grid, self._grid = new_grid, new_grid()
@@ -45,15 +45,15 @@ class MapperDisplay(NodeDisplay):
 
     @property
     def times_redrawn(self) -> int:
-        """How often the whole map was redrawn."""
+        """Number of times the whole map was redrawn."""
         return self._grid.redrawn
 
     def begin_anew(self) -> None:
-        """Another map is shown from now on, and another path."""
+        """Start displaying another map and path."""
         self._grid, self._path = self._new_grid(), DrivenPath()
 
     def show(self, stamp: Any, scan: Scan, map_from_base: Pose, mapper: Mapper) -> None:
-        """A scan and where it was taken, which is the next pose of the path."""
+        """Display a scan at its pose, and append the pose to the path."""
         self._show_path(stamp, map_from_base)
         if self._schedule.is_due("map", _MAP_EVERY):
             draw = partial(self._grid.draw, *mapper.seen_so_far())

@@ -1,4 +1,4 @@
-"""What both nodes show to people: the map, the path driven, and the page in the browser."""
+"""What both nodes display: the map, the path driven, and the page in the browser."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
 _PATH_EVERY = 1.0
-"""Seconds: by judgement."""
+"""Seconds. Chosen by judgement."""
 _SPACING = 0.05
-"""Metres between poses of a path: finer than a line is drawn, by judgement."""
+"""Metres between poses of a path. Chosen by judgement: below the width of the drawn line."""
 _MOST = 4000
-"""Poses, as a message of them is published every second: by judgement."""
+"""Poses. Chosen by judgement, since a message of them is published every second."""
 
 
 class NodeDisplay:
-    """Publishes what is due and looked at, and fills the page in the browser; other threads do the work."""
+    """Publishes what is due and has subscribers, and updates the page; other threads do the work."""
 
     def __init__(
         self,
@@ -41,8 +41,8 @@ class NodeDisplay:
         publishes_map: bool,
         tells_places: bool,
     ) -> None:
-        """``publishes_map``: unless it is somebody else who does; ``tells_places``: whether clicks may say
-        where the car is."""
+        """``publishes_map``: False if another node publishes the map; ``tells_places``: whether clicks may
+        set the car's place."""
         self._node, self._map_frame, self._worker, self._view = node, map_frame, worker, view
         self._path, self._schedule = DrivenPath(), Schedule()
         self._path_topic = node.create_publisher(PathMessage, "path", LATCHED)
@@ -54,18 +54,18 @@ class NodeDisplay:
             view.connect(self._clicks.send_goal, self._clicks.send_place if tells_places else None)
 
     def tell(self, words: str) -> None:
-        """How the node is, in Markdown, for the page."""
+        """Show the node's state, in Markdown, on the page."""
         if self._view is not None:
             self._view.tell(words)
 
     def end(self, last_words: str) -> None:
-        """Send nothing any more that is clicked on the page."""
+        """Stop publishing clicks on the page."""
         if self._view is not None:
             self._clicks.close()
         self.tell(last_words)
 
     def show_map(self, grid: OccupancyGrid, stamp: Any = None) -> None:
-        """The map from now on, of now unless it has a stamp."""
+        """Display a map; its stamp is the current time by default."""
         if self._view is not None:
             self._view.show_map(grid)
         if self._map_topic is not None:
@@ -73,17 +73,17 @@ class NodeDisplay:
             self._map_topic.publish(grid_message(stamp, self._map_frame, grid))
 
     def _show_path(self, stamp: Any, map_from_base: Pose) -> None:
-        """The path goes on to a pose (3,)."""
+        """Append a pose (3,) to the path."""
         self._path.add(map_from_base)
         if self._is_wanted(self._path_topic, _PATH_EVERY):
             self._publish(self._path_topic, lambda: path_bytes(stamp, self._map_frame, self._path.poses))
 
     def _is_wanted(self, topic: Any, period: float) -> bool:
-        """Whether a message is due, once in so many seconds, and anybody listens."""
+        """Whether a message is due, one per ``period`` in seconds, and has subscribers."""
         return self._schedule.is_due(topic.topic_name, period) and is_heard(topic)
 
     def _publish(self, topic: Any, message: Callable[[], Any]) -> None:
-        """Let the worker make a message."""
+        """Have the worker make and publish a message."""
         self._worker.put(topic.topic_name, lambda: topic.publish(message()))
 
     def _show_in_browser(
@@ -101,7 +101,7 @@ class NodeDisplay:
 
 
 class DrivenPath:
-    """Poses a little apart; when they become too many, every other one is dropped."""
+    """Poses at a minimum spacing; when there are too many, every other one is dropped."""
 
     def __init__(self) -> None:
         self._poses = np.zeros((_MOST, 3))
@@ -109,7 +109,7 @@ class DrivenPath:
         self._spacing = _SPACING
 
     def add(self, pose: Pose) -> None:
-        """Continue to a pose (3,)."""
+        """Append a pose (3,)."""
         if self._count and np.hypot(*(pose - self._poses[self._count - 1])[:2]) < self._spacing:
             return
         if self._count == _MOST:

@@ -1,4 +1,4 @@
-"""How the nodes are, in words for the page."""
+"""The state of the nodes in words, for the page."""
 
 import math
 from collections.abc import Sequence
@@ -11,8 +11,8 @@ from racecar.pipelines.files.literal_markdown import literal
 
 
 def localizer_words(estimate: PoseEstimate | None, drive: DriveQuality, wrong: Sequence[str]) -> str:
-    """Paragraphs of Markdown: is the place known and how well, is the drive, and what is wrong at the
-    moment."""
+    """Paragraphs of Markdown: whether and how well the place is known, the verdict on the drive, and current
+    faults."""
     if estimate is None:
         return "\n\n".join(["There is no pose yet.", *map(literal, wrong)])
     so_far = " ".join([f"The drive so far is {drive.verdict.value}.", *map(literal, drive.reasons[:1])])
@@ -32,13 +32,12 @@ def _place_words(estimate: PoseEstimate) -> str:
 
 
 def _length(metres: float) -> str:
-    """In centimetres below a metre, and never as zero."""
+    """In centimetres below a metre, and never zero."""
     return f"{metres:.1f} m" if metres >= 0.995 else f"{max(100.0 * metres, 1.0):.0f} cm"
 
 
 def mapper_words(growth: Growth | None, quality: MapQuality | None, wrong: Sequence[str]) -> str:
-    """Paragraphs of Markdown: how much is mapped, what the map is worth so far, and what is wrong at the
-    moment."""
+    """Paragraphs of Markdown: how much is mapped, the verdict on the map so far, and current faults."""
     if growth is None:
         return "\n\n".join(["There is no map yet.", *map(literal, wrong)])
     keyframes, loops = _counted(growth.keyframes, "keyframe"), _counted(growth.loops, "loop")

@@ -1,1 +1,1 @@
-"""Messages of the sensors on their way to the mapper or the localizer."""
+"""Sensor messages on their way to the mapper or the localizer."""

@@ -1,4 +1,4 @@
-"""What is said about the stamps of a sensor's messages."""
+"""Report faults in the stamps of a sensor's messages."""
 
 from collections.abc import Callable
 
@@ -17,28 +17,28 @@ class ClockFaults(ClockReports):
         other: str = "scans",
         is_other_wrong: Callable[[], bool] = lambda: False,
     ) -> None:
-        """``what`` the messages are, and those of the ``other`` clock, in the plural; ``is_other_wrong``:
-        whether the other is to blame where the two disagree."""
+        """``what`` and ``other`` name the messages of the two clocks, in the plural; ``is_other_wrong``:
+        whether the other clock is wrong if the two disagree."""
         self._what, self._faults, self._other, self._is_other_wrong = what, faults, other, is_other_wrong
 
     def jumped(self, seconds: float) -> None:
-        """A clock was set."""
+        """The clock was set."""
         name = "clock_set" if seconds > 0.0 else "clock_set_back"
         finding = Finding(name, what=self._what, seconds=seconds)
         self._faults.find(finding, key=f"{self._what}_clock", lasting=False)
 
     def went_astray(self) -> None:
-        """One message is left out."""
+        """A single message is dropped."""
         self._faults.find(Finding("lone_stamp", what=self._what), lasting=False)
 
     def stood_still(self, is_still: bool) -> None:
-        """The driver does not stamp its messages, or has stopped doing so."""
+        """The driver does not stamp its messages, or does so again."""
         finding = Finding("stamps_show_no_time", what=self._what)
         ended = f"The stamps of the {self._what} show the time again."
         self._faults.judge(is_still, finding, ended, key=f"{self._what}_stamps")
 
     def disagreed(self, seconds: float) -> None:
-        """The clock is another than that of the others."""
+        """The clock differs from the other one."""
         what, other = self._what, self._other
         if self._is_other_wrong():
             what, other, seconds = other, what, -seconds

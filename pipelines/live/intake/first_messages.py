@@ -1,4 +1,4 @@
-"""The first messages wait until enough is known to map them."""
+"""Hold back the first messages until enough is known to map them."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -7,34 +7,34 @@ from typing import Any, TypeAlias
 _PATIENCE = 2_000_000_000
 """Nanoseconds for which the first scan waits."""
 _MOST_WAITING = 4096
-"""Messages: odometry may come for hours before the laser is switched on."""
+"""Messages: odometry may arrive for hours before the laser is switched on."""
 _COMPARED = 400
-"""Messages, some two seconds of scans and odometry: what is compared anew with each that comes."""
+"""Messages, some two seconds of scans and odometry, which are compared again with each new one."""
 
 Arrived: TypeAlias = tuple[bool, Any, int]
-"""Is it a scan (or else odometry); the message; nanoseconds when it came."""
+"""Whether it is a scan (or else odometry), the message, and its arrival time in nanoseconds."""
 
 
 class FirstMessages:
-    """Waits to learn where the laser sits, for odometry, and how both are meant.
+    """Waits for the laser's place, for odometry, and for how to interpret both.
 
-    A mapper learns from its first scan where the laser sits; and where a drive was broken off, only wheels
-    show how far the car went meanwhile, so what it saw before they did would be placed as if it had stood.
+    A mapper learns the laser's place from its first scan. Where a drive was interrupted, only the wheels show
+    how far the car went meanwhile, so earlier scans would be placed as if it had stood still.
     """
 
     def __init__(
         self, knows_place: Callable[[Any], bool], understands: Callable[[Sequence[Arrived]], bool]
     ) -> None:
-        """``knows_place``: whether it is known where the laser of a scan's message sits; ``understands``:
-        whether it is no longer in doubt how the messages are meant."""
+        """``knows_place``: whether the place of the laser of a scan message is known; ``understands``:
+        whether the interpretation of the messages is certain."""
         self._knows_place, self._understands = knows_place, understands
         self._waiting: deque[Arrived] = deque(maxlen=_MOST_WAITING)
         self.are_taken = False
-        """Whether nothing waits any longer."""
+        """Whether the wait is over."""
 
     def add(self, is_scan: bool, message: Any, arrival: int) -> list[Arrived]:
-        """Take a message; those that are to be mapped now. Scans from before the first odometry never are,
-        unless none comes."""
+        """Add a message; returns those to be mapped now. Scans from before the first odometry are dropped,
+        unless none arrives."""
         if self.are_taken:
             return [(is_scan, message, arrival)]
         self._waiting.append((is_scan, message, arrival))

@@ -1,4 +1,4 @@
-"""One laser of the car, as it is known by now: where it sits, how its numbers are meant, and its clock."""
+"""One laser of the car as known so far: its place, how to interpret its numbers, and its clock."""
 
 import time
 from collections import Counter
@@ -26,22 +26,22 @@ from racecar.sensors.scan import Scan
 ASSUMED = SensorPlace(np.eye(4), "assumed identity")
 REMEMBERED = "the last run"
 _LONGEST_SWEEP = 0.25
-"""Seconds; beam times that make a sweep longer are not believed, as the slowest scanners with such times turn
+"""Seconds; beam times that imply a longer sweep are ignored, since the slowest scanners with such times turn
 five times a second."""
 _LATE_TRANSFORM = 1.0
-"""Seconds for which a transform may come later than the first scan, as DDS finds publishers one after the
-other, before that is reported: by judgement."""
+"""Seconds by which a transform may arrive after the first scan before that is reported. Chosen by judgement,
+since DDS discovers publishers one after the other."""
 _KEPT_EVERY = 100_000_000
-"""Nanoseconds between two messages that are kept, so that these show the car at several places."""
+"""Nanoseconds between two stored messages, long enough to show the car at several places."""
 _LEARNED_AT = (10, 40, 160)
-"""Messages that are kept when all of them are looked at, after 1, 4 and 16 seconds: the first time, so that
-what cannot be meant as it stands is soon read otherwise; the last, so that it rests on a drive."""
+"""Numbers of stored messages, after 1, 4 and 16 seconds, at which all are analysed: the first to correct
+misinterpreted numbers soon, the last to rely on a drive."""
 _SOON = 20
-"""Messages that are enough to tell apart what the numbers may mean, since each shows several walls."""
+"""Messages that suffice to choose between interpretations of the numbers, since each shows several walls."""
 
 
 class Laser:
-    """Makes scans of its messages; what is wrong with it is reported and tolerated."""
+    """Converts a laser's messages to scans; its faults are reported and tolerated."""
 
     def __init__(
         self,
@@ -52,34 +52,34 @@ class Laser:
         faults: Faults,
         aside: Callable[[Callable[[], None]], None],
     ) -> None:
-        """``config`` says what of the readings counts; ``aside`` lets another thread do some work."""
+        """``config`` filters the readings; ``aside`` runs work in another thread."""
         self._config = config
         self.frame, self._number, self.clock, self._faults, self._aside = frame, number, clock, faults, aside
         self.placed: SensorPlace | None = None
-        """Where it sits; None while nothing tells."""
+        """The laser's place; None while it is unknown."""
         self._unplaced_since: float | None = time.monotonic()
-        """None once people were told of its place."""
+        """Monotonic time in seconds; None once its place has been reported."""
         self._reading = AS_STATED
         self._kept: list[tuple[int, Any]] = []
         self._setup: tuple[SensorPlace | None, ScanReading] = (None, AS_STATED)
         self._converters: dict[str, Converter[Scan]] = {}
 
     def stamp(self, message: Any, arrival: int) -> int | None:
-        """The steady stamp of a message that arrived at a time (nanoseconds); None where its own went astray.
-        The first messages are learned from."""
+        """The steady stamp of a message that arrived at a time (nanoseconds); None if its own stamp is an
+        outlier. Also learns from the first messages."""
         self._keep(message, arrival)
         return self.clock.steady(nanoseconds(message.header.stamp), arrival, sweep(message))
 
     def scan(self, message: Any, stamp: int, counts: Counter[str], base_frame: str) -> Scan | None:
-        """The scan of a message; None where it holds none. What is mended goes into ``counts``;
-        ``base_frame``: that of the car as long as no transform tells."""
+        """The scan of a message; None if it holds none. Corrections are counted in ``counts``; ``base_frame``
+        is the car's while there is no transform."""
         if self._unplaced_since is not None and time.monotonic() - self._unplaced_since > _LATE_TRANSFORM:
             self._report_place(base_frame)
         scan = self._converter(type_name(message), counts).convert(message, stamp)
         return None if scan is None else of_laser(scan, self._number)
 
     def place_at(self, placed: SensorPlace | None, base_frame: str) -> None:
-        """Where it sits, as far as known by now."""
+        """Set its place, as far as it is known."""
         before = self.placed
         if _is_same(placed, before):
             return
@@ -96,8 +96,7 @@ class Laser:
         self._report_place(base_frame)
 
     def learn_first(self, messages: Sequence[Any]) -> bool:
-        """Learn at once from its first messages how the numbers are meant; False where more of them are
-        needed."""
+        """Learn from its first messages how to interpret the numbers; False if more messages are needed."""
         reading, findings = learn_reading(messages)
         if findings and len(messages) < _SOON:
             return False
@@ -105,7 +104,7 @@ class Laser:
         return True
 
     def _keep(self, message: Any, arrival: int) -> None:
-        """Learn, aside, from the first messages that are some time apart."""
+        """Learn, in another thread, from the first messages some time apart."""
         kept, single_echo = self._kept, SINGLE_ECHOES.get(type_name(message))
         if single_echo is None or len(kept) >= _LEARNED_AT[-1]:
             return
@@ -157,7 +156,7 @@ class Laser:
 
 
 def sweep(message: Any) -> int:
-    """Nanoseconds from the stamp of a scan's message to its last beam, as far as it says."""
+    """Nanoseconds from the stamp of a scan message to its last beam, 0 if unknown."""
     seconds = getattr(message, "time_increment", 0.0) * (len(getattr(message, "ranges", ())) - 1)
     return round(seconds * 1e9) if 0.0 < seconds <= _LONGEST_SWEEP else 0
 
@@ -173,6 +172,6 @@ def _is_same(placed: SensorPlace | None, before: SensorPlace | None) -> bool:
 
 
 def _has_moved(before: SensorPlace, placed: SensorPlace) -> bool:
-    """Whether a transform that was known by now was changed."""
+    """Whether a known transform has changed."""
     is_of_one = before.is_sure and before.base_frame == placed.base_frame
     return is_of_one and not np.array_equal(before.base_from_sensor, placed.base_from_sensor)

@@ -1,4 +1,4 @@
-"""Where a laser sits on the car; nodes remember it, as ``/tf_static`` may take seconds to come."""
+"""The place of a laser on the car; nodes remember it, since ``/tf_static`` may take seconds to arrive."""
 
 from collections.abc import Callable
 from typing import Annotated, Any
@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, ConfigDict, PlainSerializer
 from pydantic.dataclasses import dataclass
 
 _FARTHEST = 1e7
-"""Metres or radians, since that is a quarter of the earth's circumference."""
+"""Metres or radians: a quarter of the earth's circumference."""
 
 
 def _array_of(*shape: int) -> Callable[[Any], NDArray[np.float64]]:
@@ -34,7 +34,7 @@ Transform = Annotated[NDArray[np.float64], BeforeValidator(_array_of(4, 4)), _AS
 
 @dataclass(frozen=True, eq=False, config=ConfigDict(arbitrary_types_allowed=True))
 class LaserPlace:
-    """A laser's place, by the names of the frames."""
+    """A laser's place, with the names of the frames."""
 
     base_frame: str
     laser_frame: str

@@ -1,4 +1,4 @@
-"""Messages of the car's sensors to scans and odometry, by the same converters that read bags."""
+"""Convert sensor messages to scans and odometry, with the same converters that read bags."""
 
 import time
 from collections import Counter
@@ -39,12 +39,12 @@ from racecar.sensors.scan import Scan
 from racecar.sensors.yaw_rate import YawRate
 
 _MOVING_SPEED = 0.05
-"""m/s or rad/s above which the car moves: by judgement."""
+"""m/s or rad/s above which the car moves. Chosen by judgement."""
 _MOVING_MESSAGES = 40
-"""Messages of a moving car whose pose stands still until that is reported, about a second: by judgement."""
+"""Messages of a moving car with a constant pose until reported, about a second. Chosen by judgement."""
 _NEAR = 0.25
-"""Share of what the clocks of scans and odometry are apart: if the odometry's is so near to that of this
-computer, it is the scans' that is wrong. By judgement, since messages take time to come."""
+"""Share of the offset between the clocks of scans and odometry: if the odometry's is this close to the
+computer's clock, the scans' is wrong. Chosen by judgement, since messages arrive with a delay."""
 _MENDED = (
     "empty_scans",
     "scans_beyond_one_turn",
@@ -52,13 +52,13 @@ _MENDED = (
     "time_increments_ignored",
     "invalid_yaw_rates",
 )
-"""Of what converters count, that which is told."""
+"""The converters' counts that are reported."""
 _NO_TRANSFORMS = bytes([0, 1, 0, 0, 0, 0, 0, 0])
-"""A serialized message without any."""
+"""A serialized message without transforms."""
 
 
 class Sensors:
-    """Scans and odometry with steady stamps; what is wrong with them is reported and tolerated."""
+    """Scans and odometry with steady stamps; faults are reported and tolerated."""
 
     def __init__(
         self,
@@ -70,16 +70,16 @@ class Sensors:
         aside: Callable[[Callable[[], None]], None],
         config: SensorConfig | None = None,
     ) -> None:
-        """``laser_pose`` (3,) overrides transforms; ``integrate_twist``: only odometry's speeds count;
-        ``aside`` lets another thread do some work; ``config`` says what of the readings counts."""
+        """``laser_pose`` (3,) overrides transforms; ``integrate_twist``: use only the speeds of odometry;
+        ``aside`` runs work in another thread; ``config`` filters the readings."""
         self._base_frame, self._faults, self._aside = base_frame, faults, aside
         self._config = config or SensorConfig()
         links = FrameLinks(takes_mended=True)
         self.frames = CarFrames(laser_pose, "the parameter laser_pose", base_frame, links)
-        """Of the car, as they are published."""
+        """The car's frames, as they are published."""
         self._known_version = 0
         self._lasers: dict[str, Laser] = {}
-        """By frame, in the order in which they were heard."""
+        """By frame, in the order of their first messages."""
         self._remembered: LaserPlace | None = None
         self._repeats, self._spikes = RepeatedScans(), OdometrySpikes()
         self._integrate_twist = integrate_twist
@@ -95,16 +95,16 @@ class Sensors:
         self._odometry_converters: dict[str, Converter[Odometry]] = {}
         self._imu_converters: dict[tuple[str, str], Converter[YawRate]] = {}
         self._counts: Counter[str] = Counter()
-        """Of what is mended; each is told of once."""
+        """Corrections to messages; each kind is reported once."""
         self._mended: set[str] = set()
         self._known_correction = 0
         self._standing: Pose | None = None
         self._moving_messages = 0
-        ros2_types().deserialize_cdr(_NO_TRANSFORMS, TRANSFORMS)  # so slow the first time that scans pile up
+        ros2_types().deserialize_cdr(_NO_TRANSFORMS, TRANSFORMS)  # so slow at first that scans pile up
 
     @property
     def place(self) -> LaserPlace | None:
-        """Where the first laser sits, once that is known."""
+        """The first laser's place, None until it is known."""
         first = self._first
         if first is None or first.placed is None:
             return None
@@ -112,7 +112,7 @@ class Sensors:
 
     @property
     def first_place(self) -> SensorPlace:
-        """The place of the first laser, assumed where none is known."""
+        """The first laser's place, assumed if it is unknown."""
         first = self._first
         return ASSUMED if first is None or first.placed is None else first.placed
 
@@ -123,17 +123,17 @@ class Sensors:
 
     @property
     def scan_frames(self) -> list[str]:
-        """Of the lasers that were heard."""
+        """Frames of the lasers heard so far."""
         return list(self._lasers)
 
     @property
     def rests_on_tf(self) -> bool:
-        """Whether it is told on a topic of links that may move where a laser sits."""
+        """Whether a laser's place comes from ``/tf``, the topic of links that may move."""
         return any(each is not None and each.source == "tf" for each in self._places)
 
     @property
     def misses_place(self) -> bool:
-        """Whether scans come from a laser whose place is not known from this run."""
+        """Whether the place of a laser that sends scans is not known from this run."""
         return any(each is None or not each.is_sure for each in self._places)
 
     @property
@@ -145,41 +145,41 @@ class Sensors:
         return [laser.placed for laser in list(self._lasers.values())]
 
     def remember_place(self, place: LaserPlace) -> None:
-        """Where a laser sat when another run ended; it counts until transforms come, which may take
+        """Set the laser's place from an earlier run, to be used until transforms arrive, which may take
         seconds."""
         self._remembered = place
         self.frames.version += 1
 
     def carry_on(self, last_stamp: int) -> None:
-        """The drive up to a stamp (nanoseconds) is known; what comes is stamped later."""
+        """Continue the drive: later messages get stamps after ``last_stamp`` (nanoseconds)."""
         self._clock.after = last_stamp
 
     def knows_place(self, scan_message: Any) -> bool:
-        """Whether it is known where the laser of a message sits, so that its scans need no assumption."""
+        """Whether the place of a message's laser is known and need not be assumed."""
         placed = self._placed(frame_name(scan_message.header.frame_id))
         return placed is not None and (placed.is_sure or placed.source == REMEMBERED)
 
     def was_corrected(self) -> bool:
-        """Whether the odometry's stamps turned out to be wrong since the last call, and were corrected."""
+        """Whether the odometry's stamps were corrected since the last call."""
         before, self._known_correction = self._known_correction, self._odometry_clock.correction
         return before != self._known_correction
 
     @property
     def odometry_behind(self) -> float:
-        """Seconds by which the odometry's headers are behind those of the scans, as far as was noticed."""
+        """Seconds by which the odometry's headers are behind those of the scans, as far as detected."""
         first = self._first
         return 0.0 if first is None else (self._odometry_clock.behind - first.clock.behind) * 1e-9
 
     def clock_error(self, message: Any) -> int:
-        """Nanoseconds by which the header of a scan is ahead, as far as its clock is known to be the wrong
-        one: it disagrees with the odometry's, and that agrees with this computer's."""
+        """Nanoseconds by which a scan's header is ahead if its clock is known to be wrong: it disagrees with
+        the odometry's, which agrees with this computer's."""
         frame = frame_name(message.header.frame_id)
         is_stamped = bool(nanoseconds(message.header.stamp))
         return self._ahead_by_fault(frame) if is_stamped and frame in self._lasers else 0
 
     def compare_clocks(self, messages: Iterable[Arrived]) -> bool:
-        """Find out from the first messages how the clocks of scans and odometry disagree, so that all of them
-        are corrected by that; False while it is in doubt."""
+        """Estimate the offset between the clocks of scans and odometry from the first messages, and correct
+        it for all of them; False while it is uncertain."""
         shared, silent = SteadyClock(), ClockReports()
         scans, odometry = TopicClock(shared, silent, is_reference=True), TopicClock(shared, silent)
         first_frame: str | None = None
@@ -198,11 +198,11 @@ class Sensors:
         return bool(odometry.correction) or odometry.agrees
 
     def understands(self, messages: Sequence[Arrived]) -> bool:
-        """Whether it is no longer in doubt how the first messages are meant, by their numbers and stamps."""
+        """Whether the interpretation of the first messages, their numbers and stamps, is certain."""
         return self.reads(messages) and self.compare_clocks(messages)
 
     def reads(self, messages: Iterable[Arrived]) -> bool:
-        """Whether it is no longer in doubt how the numbers of the first scans are meant."""
+        """Whether the interpretation of the first scans' numbers is certain."""
         scans: dict[str, list[Any]] = {}
         for is_scan, message, _ in messages:
             if is_scan and (single_echo := SINGLE_ECHOES.get(type_name(message))) is not None:
@@ -210,7 +210,7 @@ class Sensors:
         return all(self._laser(frame).learn_first(of_frame) for frame, of_frame in scans.items())
 
     def scan(self, message: Any, arrival: int) -> Scan | None:
-        """The scan of a message that arrived at a time (nanoseconds); None where it is to be left out."""
+        """The scan of a message that arrived at a time (nanoseconds); None if it is to be dropped."""
         laser = self._laser(frame_name(message.header.frame_id))
         stamp, beams_changed = laser.stamp(message, arrival), self._counts["changed_beam_counts"]
         if stamp is None:
@@ -228,7 +228,7 @@ class Sensors:
         return None if scan is None or self._is_repeat(scan) else scan
 
     def odometry(self, message: Any, arrival: int) -> Odometry | None:
-        """The sample of a message that arrived at a time (nanoseconds); None where it holds none."""
+        """The sample of a message that arrived at a time (nanoseconds); None if it holds none."""
         header = nanoseconds(message.header.stamp)
         self._odometry_ahead = _ahead(header, arrival)
         stamp = self._odometry_clock.steady(header, arrival)
@@ -252,14 +252,14 @@ class Sensors:
         return sample
 
     def yaw_rate(self, message: Any, arrival: int) -> YawRate | None:
-        """The sample of an IMU's message that arrived at a time (nanoseconds); None where it holds none."""
+        """The sample of an IMU message that arrived at a time (nanoseconds); None if it holds none."""
         stamp = self._imu_clock.steady(nanoseconds(message.header.stamp), arrival)
         sample = None if stamp is None else self._imu_converter(message).convert(message, stamp)
         self._report_mended()
         return sample
 
     def _report_mended(self) -> None:
-        """Name once what of the messages is left out or replaced."""
+        """Report once each kind of dropped or corrected message."""
         for name in _MENDED:
             if name not in self._mended and self._counts[name]:
                 self._mended.add(name)
@@ -272,7 +272,7 @@ class Sensors:
         return is_repeat
 
     def _imu_converter(self, message: Any) -> Converter[YawRate]:
-        """Of the message's type and of the IMU's frame, by which it is known how it is mounted."""
+        """The converter for the message's type and the IMU's frame, which gives its mount."""
         if self._imu_version != self.frames.version:
             self._imu_version = self.frames.version
             self._imu_converters.clear()
@@ -283,7 +283,7 @@ class Sensors:
         return self._imu_converters[key]
 
     def _laser(self, frame: str) -> Laser:
-        """Of a frame, which may differ from scan to scan; the clock of the first one is the drive's."""
+        """The laser of a frame, which may differ between scans; the first one's clock is the drive's."""
         if frame not in self._lasers:
             is_first = not self._lasers
             what, other = ("scans", "odometry") if is_first else (f"scans of {frame}", "scans")
@@ -307,7 +307,7 @@ class Sensors:
         return SensorPlace(last.base_from_laser, REMEMBERED, last.base_frame)
 
     def _watch_poses(self, message: Any) -> None:
-        """Some drivers fill the speeds only."""
+        """Detect drivers that fill in the speeds only."""
         pose = planar_pose(message)
         if pose is None:
             return
@@ -320,8 +320,8 @@ class Sensors:
                 self._faults.find(Finding("poses_stand"))
 
     def _ahead_by_fault(self, frame: str) -> int:
-        """Nanoseconds by which a laser's clock is ahead of the odometry's, if it is the wrong one; judged
-        when they are compared, since messages may be late at other times."""
+        """Nanoseconds by which a laser's clock is ahead of the odometry's, if the laser's is wrong. Judged
+        only when the clocks are compared, since messages may be late at other times."""
         ahead = self._odometry_clock.behind - self._lasers[frame].clock.behind
         judged, fault = self._judged.get(frame, (0, 0))
         if ahead != judged:
@@ -331,10 +331,10 @@ class Sensors:
 
 
 def _ahead(header: int, arrival: int) -> int:
-    """Nanoseconds by which a header is ahead of this computer's time when its message arrived."""
+    """Nanoseconds by which a header is ahead of this computer's time on arrival."""
     return header - arrival - (time.time_ns() - time.monotonic_ns())
 
 
 def _is_right(ahead: int, disagreement: int) -> bool:
-    """Whether a clock so much ahead of this computer's is the right one of two that disagree."""
+    """Whether a clock this far ahead of this computer's is the right one of two that disagree."""
     return abs(ahead) < _NEAR * abs(disagreement)

@@ -1,4 +1,4 @@
-"""Odometry of a car that publishes none but in its transforms, as messages like those of other cars."""
+"""Make odometry messages for a car that publishes its odometry only as transforms."""
 
 from collections import Counter
 from typing import Any
@@ -13,14 +13,14 @@ _UNKNOWN = np.zeros((3, 3))
 
 
 class TransformOdometry:
-    """Makes Odometry messages of messages with transforms."""
+    """Converts transforms to Odometry messages."""
 
     def __init__(self, links: OdometryLinks) -> None:
         self.links = links
         self._converter = TransformOdometryConverter(links, Counter())
 
     def message(self, transforms: Any) -> Any | None:
-        """The Odometry message that says the same; None where nothing new of the car's motion is said."""
+        """The equivalent Odometry message; None if there is nothing new on the car's motion."""
         stamp = self._converter.stamp_of(transforms)
         sample = None if stamp is None else self._converter.convert(transforms, stamp)
         if sample is None:

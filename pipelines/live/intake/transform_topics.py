@@ -1,4 +1,4 @@
-"""``/tf_static`` and ``/tf``: where things sit on the car, and how it moves where nothing else tells."""
+"""``/tf_static`` and ``/tf``: the places of the sensors, and the car's motion if there is no other source."""
 
 import time
 from collections.abc import Callable
@@ -22,23 +22,23 @@ _MOVING = QoSProfile(
 
 
 class TransformTopics:
-    """Subscribes to topics with transforms: those at the root, and those in the namespaces of the scans'
-    topic, since several robots may publish links of equal names.
+    """Subscribes to transform topics: those at the root, and those in the namespaces of the scans' topic,
+    since several robots may publish links with the same names.
 
-    A late subscription to what is published once is sent it. Now and then that is lost on the way; a new
-    subscription is sent it again.
+    Late subscribers are sent latched messages. These get lost now and then; a new subscription is sent them
+    again.
     """
 
     def __init__(self, node: Any, scan_topic: str, take: Callable[[str, bytes], None]) -> None:
-        """``take`` is handed the topic and the serialized message."""
+        """``take`` receives the topic and the serialized message."""
         self._node, self._scan_topic, self._take = node, scan_topic, take
         self._subscriptions: dict[str, Any] = {}
         self._listen(node.resolve_topic_name("/tf_static"))
         self._listen(node.resolve_topic_name("/tf"))
 
     def look(self, *, wants_moving: bool) -> None:
-        """Listen to topics that have appeared, and to those with links that may move only while they are
-        wanted, as these bear hundreds of messages a second."""
+        """Subscribe to new topics; those with links that may move only while they are wanted, since they
+        carry hundreds of messages a second."""
         root = [self._node.resolve_topic_name(name) for name in ("/tf_static", "/tf")]
         found = [
             name
@@ -52,7 +52,7 @@ class TransformTopics:
                 self._node.destroy_subscription(self._subscriptions.pop(name))
 
     def ask_again(self) -> None:
-        """Subscribe again to what is published once, if the last time was long enough ago."""
+        """Subscribe again to latched messages, if the last time was long enough ago."""
         if time.monotonic() - self._asked <= _ASK_AGAIN_AFTER:
             return
         for name in [name for name in self._subscriptions if is_latched(name)]:

@@ -1,4 +1,4 @@
-"""A topic on which messages of several types are understood: what is published there is listened to."""
+"""A topic that accepts several message types, and subscribes to the one that is published."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -8,26 +8,26 @@ from racecar.pipelines.live.ros.qos import sensor_qos
 
 
 class TypedTopic:
-    """Subscribes with the type that somebody publishes; in ROS 2 a subscription hears one type only."""
+    """Subscribes with the published type, since a ROS 2 subscription receives one type only."""
 
     def __init__(
         self, node: Any, name: str, types: Sequence[str], take: Callable[[Any], None], depth: int
     ) -> None:
-        """``name`` is remapped as ROS says. Of the ``types`` the first is listened to until another is
-        published; ``depth``: how many messages may wait."""
+        """``name`` is subject to remapping. The first of ``types`` is subscribed to until another is
+        published; ``depth`` is the queue size."""
         self._node, self._types, self._take, self._depth = node, types, take, depth
         self.name: str = node.resolve_topic_name(name)
-        """As remapped."""
+        """With remapping."""
         self.strange: list[str] = []
-        """Types that are published, where none of them is understood."""
+        """Published types, if none of them is supported."""
         self._subscription: Any = None
         self._type = ""
         self._listen_to(types[0])
 
     def look(self) -> bool:
-        """Listen to what is published now; whether anything is.
+        """Subscribe to the published type; returns whether there is one.
 
-        Of several types the one named first is taken.
+        If there are several, the first in ``types`` is used.
         """
         published = self._published()
         understood = [kind for kind in self._types if kind in published]
@@ -38,15 +38,15 @@ class TypedTopic:
 
     @property
     def left_out(self) -> list[str]:
-        """Types that are published beside the one that is listened to."""
+        """Types published besides the one subscribed to."""
         return sorted(self._published() - {self._type})
 
     def _published(self) -> set[str]:
         return {each.topic_type for each in self._node.get_publishers_info_by_topic(self.name)}
 
     def _listen_to(self, kind: str) -> None:
-        """A process has one type for a topic (Fast DDS), and a subscription lives on until the callback ends
-        that destroys it; so the next one is made at the next look."""
+        """A process has one type per topic (Fast DDS), and a destroyed subscription lives until the callback
+        ends; so the next one is created at the next look."""
         if self._subscription is None:
             self._subscription = self._node.create_subscription(
                 message_class(kind), self.name, self._take, sensor_qos(self._depth)

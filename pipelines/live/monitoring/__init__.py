@@ -1,1 +1,1 @@
-"""How a node is: what is wrong, how well it keeps up, and what it reports of both."""
+"""The state of a node: faults, rates and latency, and their diagnostics."""

@@ -1,4 +1,4 @@
-"""What ``/diagnostics`` says of a node, once a second."""
+"""Publish a node's ``/diagnostics``, once a second."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,7 +7,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 
 class Diagnostics:
-    """One status: fine, or all that is wrong, and figures beside it."""
+    """A single status: OK, or all faults, with figures."""
 
     def __init__(self, node: Any, name: str) -> None:
         self._node = node
@@ -15,7 +15,7 @@ class Diagnostics:
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
 
     def publish(self, wrong: list[str], figures: Mapping[str, Any]) -> None:
-        """Report what is wrong, which makes it a warning, and the figures."""
+        """Publish faults, which make the status a warning, and figures."""
         status = DiagnosticStatus(
             level=DiagnosticStatus.WARN if wrong else DiagnosticStatus.OK,
             name=f"racecar: {self._name}",

@@ -1,4 +1,4 @@
-"""What is wrong at the moment: logged once when it begins, and in the diagnostics while it lasts."""
+"""Current faults: logged once when they begin, and in the diagnostics while they last."""
 
 import logging
 import re
@@ -14,9 +14,9 @@ from racecar.sensors.findings import Finding
 _log = logging.getLogger(__name__)
 
 EVENT_SECONDS = 5.0
-"""For which an event stays in the diagnostics, long enough for a person to read it: by judgement."""
+"""Seconds for which an event stays in the diagnostics. Chosen by judgement: long enough to read it."""
 _LOGGED_EVERY = 0.2
-"""Seconds between two lines of the log about the same fault, so that bad messages do not flood it."""
+"""Seconds between two log lines about the same fault, so that bad messages do not flood the log."""
 
 
 _PARAMETERS = {
@@ -24,13 +24,13 @@ _PARAMETERS = {
     "--laser-pose": "the parameter laser_pose",
     "with --no-imu": "by remapping imu",
 }
-"""By the words for flags, in this order."""
+"""Replacements of flags, applied in this order."""
 _LONGEST_WORD = 200
-"""Characters of a name in a sentence: more than any frame or path that a person chose, by judgement."""
+"""Characters of a name in a sentence. Chosen by judgement: more than any frame or path chosen by a person."""
 
 
 def with_short_words(sentence: str) -> str:
-    """The sentence with the names in it cut that nobody can read."""
+    """The sentence with overlong names truncated."""
     return re.sub(rf"(\S{{{_LONGEST_WORD}}})\S+", r"\1…", sentence)
 
 
@@ -38,12 +38,12 @@ def with_short_words(sentence: str) -> str:
 class _Fault:
     sentence: str
     until: float
-    """On the monotonic clock; inf while nothing has ended it."""
+    """On the monotonic clock; inf until something ends it."""
     logged: float
 
 
 class Faults:
-    """The faults that last; may be reported from several threads at once."""
+    """The current faults; thread-safe."""
 
     def __init__(self, warn: Callable[[str], None], inform: Callable[[str], None]) -> None:
         self._warn, self._inform = warn, inform
@@ -52,9 +52,9 @@ class Faults:
         self._counts: dict[str, int] = {}
 
     def report(self, name: str, sentence: str, *, lasting: bool = True) -> None:
-        """Something is wrong until it ends or, when not ``lasting``, for some seconds after its last report.
+        """Report a fault until it ends or, if not ``lasting``, for some seconds after its last report.
 
-        It is logged once, and again only when the sentence changes or all was well in between.
+        It is logged once, and again only if the sentence changes or the fault had ended in between.
         """
         now, sentence = time.monotonic(), with_short_words(sentence)
         with self._lock:
@@ -69,23 +69,23 @@ class Faults:
             self._warn(sentence)
 
     def find(self, *findings: Finding, key: str = "", lasting: bool = True) -> None:
-        """The same of findings, under a ``key`` or the name of the first; what a flag gives offline, live a
-        parameter does."""
+        """Report findings, under a ``key`` or the name of the first; flags in them are replaced by
+        parameters."""
         words = " ".join(finding.sentence for finding in findings)
         for flag, parameter in _PARAMETERS.items():
             words = words.replace(flag, parameter)
         self.report(key or findings[0].name, words, lasting=lasting)
 
     def judge(self, is_wrong: bool, finding: Finding, ended: str, key: str = "") -> None:
-        """Report a finding as long as it holds, and with a sentence that it has ended."""
+        """Report a finding while it holds, and log a sentence when it ends."""
         if is_wrong:
             self.find(finding, key=key)
         else:
             self.end(key or finding.name, ended)
 
     def report_failure(self, error: Exception) -> None:
-        """A callback or a piece of work has failed, and the node goes on; logged once for each place in the
-        code where it did."""
+        """Report an exception in a callback or a piece of work, after which the node continues; logged once
+        per place in the code."""
         origin = extract_tb(error.__traceback__)[-1:]
         name = " ".join(["internal", *(f"{Path(frame.filename).name}:{frame.lineno}" for frame in origin)])
         with self._lock:
@@ -99,7 +99,7 @@ class Faults:
             _log.error("What failed", exc_info=error)
 
     def end(self, name: str, sentence: str) -> None:
-        """All is well again, which is logged if it was not."""
+        """End a fault, which is logged if it was reported."""
         with self._lock:
             was_wrong = self._active.pop(name, None) is not None
         if was_wrong:
@@ -107,13 +107,13 @@ class Faults:
 
     @property
     def sentences(self) -> list[str]:
-        """All that is wrong now."""
+        """All current faults."""
         with self._lock:
             return [fault.sentence for fault in self._current().values()]
 
     @property
     def counts(self) -> dict[str, int]:
-        """How often each began."""
+        """Number of times each began."""
         with self._lock:
             return dict(self._counts)
 

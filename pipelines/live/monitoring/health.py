@@ -1,4 +1,4 @@
-"""How well a node keeps up: rates, and the time from a scan's arrival to its pose, lately."""
+"""Recent rates, and the latency from a scan's arrival to its pose."""
 
 import time
 from collections import deque
@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 _WINDOW = 400
-"""Messages over which rates and latencies are given, 10 s of scans at 40 Hz: by judgement."""
+"""Messages for rates and latencies, 10 s of scans at 40 Hz. Chosen by judgement."""
 _MOST_LATENCIES = 200_000
-"""Of which percentiles over the run are taken: over an hour at 40 Hz, so that memory does not grow."""
+"""Latencies for percentiles over the run: over an hour at 40 Hz, to bound the memory."""
 
 
 class Health:
-    """Counts and times what comes and goes; may be called from several threads at once."""
+    """Counts and times events; thread-safe."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -26,13 +26,13 @@ class Health:
         self._counts: dict[str, int] = {}
 
     def note(self, what: str) -> None:
-        """Something came or went."""
+        """Record an event."""
         with self._lock:
             self._arrivals.setdefault(what, deque(maxlen=_WINDOW)).append(time.monotonic())
             self._counts[what] = self._counts.get(what, 0) + 1
 
     def note_latency(self, seconds: float) -> None:
-        """From a scan's arrival to its pose."""
+        """Record the seconds from a scan's arrival to its pose."""
         with self._lock:
             if self._began is None:
                 self._began = time.monotonic(), time.process_time()
@@ -49,13 +49,13 @@ class Health:
         return (len(recent) - 1) / max(now - recent[0], 1e-3)
 
     def silence(self, what: str) -> float:
-        """Seconds since something came last; inf when it never did."""
+        """Seconds since the last event; inf if there was none."""
         with self._lock:
             arrivals = self._arrivals.get(what)
             return time.monotonic() - arrivals[-1] if arrivals else float("inf")
 
     def count(self, what: str) -> int:
-        """How often in all."""
+        """Number of events so far."""
         with self._lock:
             return self._counts.get(what, 0)
 
@@ -65,8 +65,8 @@ class Health:
             return _percentiles(self._last_latencies(_WINDOW))
 
     def summary(self) -> dict[str, Any]:
-        """Figures of the whole run: counts, latency, also its medians over each tenth of the scans, and the
-        share of a core that was used since the first pose."""
+        """Figures of the whole run: counts; latency, also as medians over each tenth of the scans; and the
+        share of a core used since the first pose."""
         with self._lock:
             latencies = self._last_latencies(_MOST_LATENCIES)
             began, counts = self._began, dict(self._counts)

@@ -1,4 +1,4 @@
-"""Whether the live car is found, for the log, and what its poses are worth so far, for the diagnostics."""
+"""Whether the live car is localized, for the log; the verdict on its poses, for the diagnostics."""
 
 from collections.abc import Callable
 from typing import Any
@@ -9,7 +9,7 @@ from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.verdict.drive_quality import DriveQuality
 
 _SETTLING = 1_000_000_000
-"""Nanoseconds for which a car that was never found may not fit the map: the first scans decide where it is,
+"""Nanoseconds for which a car not yet localized may not fit the map: its first scans decide where it is,
 which took up to 0.25 s."""
 
 
@@ -17,16 +17,16 @@ class Whereabouts:
     """Judges the drive on one map."""
 
     def __init__(self, inform: Callable[[str], None]) -> None:
-        """``inform`` is given a sentence whenever the car is found, at first and after it was lost."""
+        """``inform`` receives a sentence whenever the car is localized, at first and after it was lost."""
         self._inform = inform
         self._judge = DriveJudge()
         self._is_found = self._was_found = False
         self._first: int | None = None
         self.may_be_lost = False
-        """Whether the car fits nowhere, and this is worth a warning."""
+        """Whether the car fits nowhere, and a warning is due."""
 
     def follow(self, estimate: PoseEstimate) -> None:
-        """Take in the estimate of a scan."""
+        """Add the estimate of a scan."""
         self._judge.follow(estimate)
         self._first = estimate.stamp if self._first is None else self._first
         is_settled = self._was_found or estimate.stamp - self._first >= _SETTLING

@@ -1,1 +1,1 @@
-"""What speaks ROS: messages, transforms, parameters, processes."""
+"""The ROS interface: messages, transforms, parameters, processes."""

@@ -1,4 +1,4 @@
-"""Commands that hand what follows ``--ros-args`` on to ROS, as nodes do."""
+"""Commands that pass arguments after ``--ros-args`` on to ROS, as nodes do."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ class RosCommand(typer.core.TyperCommand):
     """A command whose own flags end where ROS's begin; those are in the context's ``obj``."""
 
     def parse_args(self, context: Any, arguments: list[str]) -> list[str]:
-        """Keep ROS's arguments from being taken for unknown flags."""
+        """Keep ROS's arguments from being rejected as unknown flags."""
         cut = arguments.index(ROS_ARGUMENTS) if ROS_ARGUMENTS in arguments else len(arguments)
         context.obj = arguments[cut:]
         rest: list[str] = super().parse_args(context, arguments[:cut])

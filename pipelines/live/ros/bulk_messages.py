@@ -1,4 +1,4 @@
-"""Messages of thousands of poses, serialized at once: made one by one they would hold up everything else."""
+"""Messages of thousands of poses, serialized at once: one by one they would block everything else."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.live.ros.messages import header
 
 _ENCAPSULATION = 4
-"""Bytes before the message proper; alignment counts from behind them."""
+"""Bytes before the message proper, which alignment does not count."""
 
 
 def pose_array_bytes(stamp: Any, frame: str, poses: Pose) -> bytes:
@@ -22,7 +22,7 @@ def pose_array_bytes(stamp: Any, frame: str, poses: Pose) -> bytes:
 
 
 def path_bytes(stamp: Any, frame: str, poses: Pose) -> bytes:
-    """A serialized nav_msgs/Path of poses (N, 3), all bearing the path's stamp."""
+    """A serialized nav_msgs/Path of poses (N, 3), all with the path's stamp."""
     opening = _with_count(serialize_message(Path(header=header(stamp, frame))), len(poses))
     name = frame.encode() + b"\0"
     inner = np.array([stamp.sec, stamp.nanosec, len(name)], dtype="<u4").tobytes() + name
@@ -37,12 +37,12 @@ def path_bytes(stamp: Any, frame: str, poses: Pose) -> bytes:
 
 
 def _with_count(serialized: bytes, count: int) -> bytes:
-    """A message that ends in an empty sequence, now announcing ``count`` elements."""
+    """A message that ends in an empty sequence, with its length set to ``count``."""
     return serialized[:-4] + np.array(count, dtype="<u4").tobytes()
 
 
 def _padding(length: int) -> bytes:
-    """Up to where a double may stand."""
+    """Padding up to the alignment of a double."""
     return bytes(-(length - _ENCAPSULATION) % 8)
 
 

@@ -1,6 +1,6 @@
-"""Message types that ROS has no package of, declared from the definitions that the store of bags has.
+"""Message types without a ROS package, declared from the definitions in the type store for bags.
 
-The descriptions are those that the middleware asks for. Messages of a declared type are sent and received
+The descriptions are those that the middleware requires. Messages of a declared type are sent and received
 serialized, so nothing here ever converts one. The structures are those of ROS 2 Jazzy, the only distribution
 on PyPI.
 """
@@ -16,15 +16,15 @@ from racecar.pipelines.bags.messages import ros2_types
 
 _NESTED, _NESTED_SEQUENCE = 1, 145
 _KINDS = {"int32": 6, "uint32": 7, "float32": 10, "float64": 11, "string": 17}
-"""Of fields, as type_description_interfaces/FieldType has them."""
+"""Field types as numbered in type_description_interfaces/FieldType."""
 _INTROSPECTED = {_KINDS["float32"]: 1, _NESTED: 18, _NESTED_SEQUENCE: 18}
-"""The kinds of fields that are described to the middleware, by its own numbers."""
+"""The field types that are described to the middleware, and its own numbers for them."""
 _NAMES = "rosidl_typesupport_introspection_c"
 _MESSAGE_BYTES = 256
-"""No message of a declared type is ever held in memory; as much as any would take."""
+"""An upper bound: no message of a declared type is ever held in memory."""
 
 _forever: list[Any] = []
-"""What C code goes on pointing to."""
+"""Objects that C code keeps pointing to."""
 
 _Dispatch = CFUNCTYPE(c_void_p, c_void_p, c_char_p)
 _Answer = CFUNCTYPE(c_void_p, c_void_p)
@@ -97,14 +97,14 @@ class _Field(NamedTuple):
     name: str
     kind: int
     nested: str
-    """Its type, where it is nested."""
+    """Name of its type, if it is nested."""
 
 
 def declare_type(name: str) -> Any:
-    """The class of a type that the store of the bags has, to name when publishing or subscribing; hand it
-    serialized messages only.
+    """The class of a type in the type store for bags, for publishers and subscriptions of serialized messages
+    only.
 
-    Raises OSError, AttributeError or ImportError where ROS is not the one whose structures these are.
+    Raises OSError, AttributeError or ImportError if the structures are not those of this ROS.
     """
     kind, support = name.rpartition("/")[2], _type_support(name)
     new_capsule = ctypes.pythonapi.PyCapsule_New
@@ -129,7 +129,7 @@ def _fields(name: str) -> Iterator[_Field]:
 
 
 def _nested_in(name: str) -> set[str]:
-    """All types that one is made of."""
+    """All types that a type consists of."""
     nested = {field.nested for field in _fields(name) if field.nested}
     return nested.union(*map(_nested_in, nested))
 
@@ -161,7 +161,7 @@ def _type_support(name: str) -> _TypeSupport:
 
 
 def _serialization(name: str) -> _Serialization:
-    """Refuses to convert a message, which raw publishers and subscriptions never ask for."""
+    """Refuses to convert a message, which raw publishers and subscriptions never request."""
 
     def is_unbounded(bounds: Any) -> int:
         bounds[0] = 0
@@ -201,7 +201,7 @@ def _member(field: _Field) -> _Member:
 
 
 def _introspection(name: str) -> int:
-    """The address of a nested type's own description: that of its package, where ROS has it."""
+    """Address of a nested type's own description: its package's, if ROS has it."""
     package, _, kind = name.split("/")
     try:
         library = ctypes.CDLL(f"lib{package}__{_NAMES}.so")
@@ -214,7 +214,7 @@ def _introspection(name: str) -> int:
 
 
 def _declared_introspection(name: str) -> int:
-    """It lives as long as the process, like those of packages."""
+    """The same for a declared type; it lives as long as the process, like those of packages."""
     members = _members(name)
     itself: list[int] = []
     dispatch = _Dispatch(lambda _, identifier: itself[0] if identifier == _NAMES.encode() else None)
@@ -225,7 +225,7 @@ def _declared_introspection(name: str) -> int:
 
 
 def _description_message(name: str) -> int:
-    """Address of the description as ROS keeps it; it lives as long as the process."""
+    """Address of the description in ROS's format; it lives as long as the process."""
     from type_description_interfaces.msg import Field, FieldType, IndividualTypeDescription, TypeDescription
 
     def described(name: str) -> Any:

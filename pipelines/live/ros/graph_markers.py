@@ -14,12 +14,12 @@ from racecar.maps.geometry.se2 import compose
 from racecar.pipelines.live.ros.messages import header
 
 _MOST_POINTS = 4000
-"""Of the path; more are thinned out."""
+"""Points of the path; more are thinned out."""
 _BLUE, _RED, _GREEN = (0.2, 0.4, 0.9), (0.9, 0.1, 0.1), (0.1, 0.6, 0.2)
 
 
 def graph_markers(stamp: Any, frame: str, session: Session) -> Any:
-    """Keyframes as a line, loop closures between them, and a ball at the middle of every submap."""
+    """Keyframes as a line, loop closures between them, and a ball at the centre of each submap."""
     poses = compose(session.map_from_keyframe, session.keyframe_from_base)
     constraints = session.constraints
     ends = constraints.to_arrays()["keyframes"][constraints.are("loop_closure")].ravel()

@@ -1,4 +1,4 @@
-"""Message types by name, among the packages that ROS knows to hold messages."""
+"""Message types by name, from ROS's message packages."""
 
 import re
 from functools import cache
@@ -13,14 +13,14 @@ from racecar.pipelines.live.ros.declared_type import declare_type
 
 _NAME = re.compile(r"([a-z][a-z0-9_]*)/msg/([A-Za-z][A-Za-z0-9]*)")
 _DECLARED = (TRANSFORMS, ACKERMANN)
-"""Types that are there without their packages, which a ROS from PyPI lacks; their messages go serialized."""
+"""Types available without their packages, which a ROS from PyPI lacks; their messages are sent serialized."""
 
 
 @cache
 def message_class(name: str) -> Any | None:
-    """The class of a type such as ``sensor_msgs/msg/LaserScan``; None where this ROS does not have it.
+    """The class of a type such as ``sensor_msgs/msg/LaserScan``; None if this ROS lacks it.
 
-    A name out of a bag is looked up among ROS's message packages only: no other module is ever imported.
+    Names from a bag are looked up among ROS's message packages only: no other module is ever imported.
     """
     parts = _NAME.fullmatch(name)
     if parts is None:
@@ -38,9 +38,9 @@ def message_class(name: str) -> Any | None:
 
 
 def transform_message_type() -> Any:
-    """The class to name when publishing or subscribing to ``/tf``; hand it serialized messages only.
+    """The class for publishers and subscriptions of ``/tf``, for serialized messages only.
 
-    Raises UserError where there is neither ``tf2_msgs`` nor the ROS from which it can be declared.
+    Raises UserError if neither ``tf2_msgs`` nor the ROS from which it can be declared is available.
     """
     kind = message_class(TRANSFORMS)
     if kind is None:

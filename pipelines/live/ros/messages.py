@@ -1,4 +1,4 @@
-"""Poses, grids and clouds as ROS messages, and what people send by clicking on a map."""
+"""Poses, grids and clouds as ROS messages, and places set by clicks on a map."""
 
 from array import array
 from typing import Any
@@ -20,7 +20,7 @@ from racecar.pipelines.bags.message_factory import MessageFactory
 from racecar.pipelines.bags.messages import TRANSFORMS, ros2_types
 
 _PLANAR = np.array([0, 1, 5])
-"""Of a covariance over x, y, z, roll, pitch and yaw."""
+"""Indices of x, y and yaw in a covariance over x, y, z, roll, pitch and yaw."""
 
 
 def header(stamp: Any, frame: str) -> Any:
@@ -29,17 +29,17 @@ def header(stamp: Any, frame: str) -> Any:
 
 
 def time_message(nanoseconds: int) -> Any:
-    """A time stamp as ROS has it."""
+    """A time stamp as a ROS message."""
     return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
 
 
 def quaternion_zw(yaw: float) -> tuple[float, float]:
-    """z and w of a turn about the vertical."""
+    """z and w of the quaternion of a yaw angle."""
     return float(np.sin(yaw / 2)), float(np.cos(yaw / 2))
 
 
 def fill_pose(message: Any, pose: Pose) -> None:
-    """Put a pose (3,) into a geometry_msgs/Pose."""
+    """Set a geometry_msgs/Pose to a pose (3,)."""
     message.position.x, message.position.y = float(pose[0]), float(pose[1])
     message.orientation.z, message.orientation.w = quaternion_zw(float(pose[2]))
 
@@ -47,7 +47,7 @@ def fill_pose(message: Any, pose: Pose) -> None:
 def odometry_message(
     stamp: Any, frame: str, child: str, pose: Pose, covariance: NDArray[np.float64], twist: Pose
 ) -> Any:
-    """A pose with its covariance (3, 3), and the speed (3,) of the base."""
+    """An Odometry message with a pose, its covariance (3, 3), and the base's twist (3,)."""
     message = OdometryMessage(header=header(stamp, frame), child_frame_id=child)
     fill_pose(message.pose.pose, pose)
     message.pose.covariance = _in_space(covariance)
@@ -57,7 +57,7 @@ def odometry_message(
 
 
 def pose_message(stamp: Any, frame: str, pose: Pose, covariance: NDArray[np.float64]) -> Any:
-    """A pose with its covariance (3, 3)."""
+    """A PoseWithCovarianceStamped with a covariance (3, 3)."""
     message = PoseWithCovarianceStamped(header=header(stamp, frame))
     fill_pose(message.pose.pose, pose)
     message.pose.covariance = _in_space(covariance)
@@ -65,8 +65,7 @@ def pose_message(stamp: Any, frame: str, pose: Pose, covariance: NDArray[np.floa
 
 
 def start_pose(message: Any) -> tuple[Pose, NDArray[np.float64] | None]:
-    """The pose (3,) of a PoseWithCovarianceStamped and its covariance (3, 3), None where it has none that can
-    be.
+    """The pose (3,) of a PoseWithCovarianceStamped and its covariance (3, 3), None if invalid.
 
     Raises UserError when the pose is not valid.
     """
@@ -79,7 +78,7 @@ def start_pose(message: Any) -> tuple[Pose, NDArray[np.float64] | None]:
 
 
 def grid_of(message: Any) -> OccupancyGrid:
-    """The grid of a nav_msgs/OccupancyGrid. Raises UserError when its parts do not agree."""
+    """The grid of a nav_msgs/OccupancyGrid. Raises UserError when its parts disagree."""
     info = message.info
     cells = np.array(message.data, dtype=np.int8)
     origin = info.origin

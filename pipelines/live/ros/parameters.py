@@ -1,4 +1,4 @@
-"""The nodes' ROS parameters: declared with their meaning, checked, and changed while running."""
+"""The nodes' ROS parameters: declared with descriptions, validated, and changed at run time."""
 
 from array import array
 from collections.abc import Callable, Iterable, Mapping
@@ -24,7 +24,7 @@ _BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at 
 
 
 class CarParameters(Settings):
-    """What both nodes must know about the car; fixed once the node runs."""
+    """What both nodes must know about the car; fixed at run time."""
 
     map_frame: str = Field("map", description="frame of the map, of all poses that are published")
     base_frame: str = Field(
@@ -57,15 +57,15 @@ class CarParameters(Settings):
 
     @property
     def base_from_laser(self) -> Pose | None:
-        """(3,) as it was given; None: as transforms say."""
+        """(3,) as given; None to use transforms."""
         return None if len(self.laser_pose) == 1 else np.array(self.laser_pose)
 
 
 def declare_settings(node: Any, settings: SettingsT, *, read_only: bool = False) -> SettingsT:
-    """Declare every setting as a parameter with its meaning and bounds, a nested one by its dotted name; the
-    settings with what ROS overrides of them. Those that are ``read_only`` are fixed once the node runs.
+    """Declare each setting as a parameter with description and bounds, nested ones by dotted names; returns
+    the settings with ROS's overrides. ``read_only`` parameters are fixed at run time.
 
-    Raises UserError that names a parameter at fault.
+    Raises UserError that names the invalid parameter.
     """
     defaults = leaf_values(settings)
     values = {
@@ -76,9 +76,9 @@ def declare_settings(node: Any, settings: SettingsT, *, read_only: bool = False)
 
 
 def _declared(node: Any, name: str, default: Any, field: FieldInfo, *, read_only: bool) -> Any:
-    """The value of a parameter that is declared for a setting.
+    """Declare a setting as a parameter and return its value.
 
-    Raises UserError that names it when the value given for it is out of bounds.
+    Raises UserError that names it when the value is out of bounds.
     """
     descriptor = ParameterDescriptor(
         description=str(field.description), read_only=read_only, dynamic_typing=True, **_bounds(field)
@@ -90,7 +90,7 @@ def _declared(node: Any, name: str, default: Any, field: FieldInfo, *, read_only
 
 
 def watch_settings(node: Any, current: Callable[[], SettingsT], apply: Callable[[SettingsT], None]) -> None:
-    """Check parameters that are set while running, and hand new settings on; wrong ones are refused."""
+    """Validate parameters set at run time, and apply the new settings; invalid ones are rejected."""
 
     def check(parameters: Iterable[Any]) -> Any:
         settings = current()
@@ -109,7 +109,7 @@ def watch_settings(node: Any, current: Callable[[], SettingsT], apply: Callable[
 
 
 def updated(settings: SettingsT, changes: Mapping[str, Any]) -> SettingsT:
-    """The settings with changes by dotted name. Raises UserError that names the one at fault."""
+    """The settings with changes by dotted name. Raises UserError that names the invalid one."""
     values = {
         name: list(value) if isinstance(value, array) else value
         for name, value in {**leaf_values(settings), **changes}.items()
@@ -121,8 +121,7 @@ def updated(settings: SettingsT, changes: Mapping[str, Any]) -> SettingsT:
 
 
 def _bounds(field: FieldInfo) -> dict[str, Any]:
-    """A setting's bounds as a parameter's descriptor states them: in words, and as a range where both ends
-    are known."""
+    """A setting's bounds for a parameter descriptor: in words, and as a range if both bounds are known."""
     found = {
         kind: getattr(constraint, kind)
         for constraint in field.metadata

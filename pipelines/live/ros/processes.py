@@ -1,4 +1,4 @@
-"""Nodes and players as processes of their own, as they run on a car."""
+"""Nodes and players as separate processes, as on a car."""
 
 import os
 import signal
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def private_environment(domain: int) -> dict[str, str]:
-    """Variables that keep ROS's traffic on this machine and apart from that of other domains."""
+    """Environment variables that keep ROS's traffic on this machine and separate from other domains."""
     return {
         **os.environ,
         "ROS_DOMAIN_ID": str(domain),
@@ -23,9 +23,9 @@ def private_environment(domain: int) -> dict[str, str]:
 def racecar_process(
     arguments: Sequence[str], environment: dict[str, str], log: Path, seconds_to_end: float = 120.0
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """Run a command while the block lasts, what it says going to a file; then it gets Ctrl-C.
+    """Run a command within the block, with its output in a file; then send it Ctrl-C.
 
-    Should it not end by that, it is killed.
+    It is killed if that does not end it.
     """
     command = [sys.executable, "-m", "racecar.pipelines.commands.cli", *arguments]
     with log.open("ab") as said:

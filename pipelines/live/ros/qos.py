@@ -1,4 +1,4 @@
-"""How publishers and subscriptions deliver: reliably and kept for whoever comes late, or as sensors send."""
+"""QoS profiles: reliable and latched, or as for sensors."""
 
 from typing import Any
 
@@ -7,16 +7,16 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 LATCHED = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
-"""The latest message is delivered to whoever subscribes later, too."""
+"""The latest message is delivered to late subscribers, too."""
 
 
 def sensor_qos(depth: int) -> QoSProfile:
-    """As sensors publish; deep, because what is waiting when Python is busy must not be lost."""
+    """For sensor topics; deep, because messages that wait while Python is busy must not be lost."""
     return QoSProfile(
         depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
     )
 
 
 def is_heard(publisher: Any) -> bool:
-    """Whether anybody listens to a topic."""
+    """Whether a topic has subscribers."""
     return bool(publisher.get_subscription_count())

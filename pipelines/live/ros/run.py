@@ -1,4 +1,4 @@
-"""A node's life: from its start until somebody stops it."""
+"""The life cycle of a node, from its start until it is stopped."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -14,17 +14,17 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.runs.interrupts import StopRequest
 
 _SWITCH_SECONDS = 0.0005
-"""For which a thread may hold the interpreter while another waits, since Python's own 5 ms would be added to
-a pose's latency."""
+"""Seconds for which a thread may hold the interpreter while another waits, since Python's own 5 ms would be
+added to the latency of poses."""
 
 
 @contextmanager
 def ros_node(name: str, ros_arguments: list[str]) -> Iterator[Any]:
-    """Yield a ROS node. Raises UserError when the arguments after ``--ros-args`` are not understood."""
+    """Yield a ROS node. Raises UserError when the arguments after ``--ros-args`` are invalid."""
     try:
         rclpy.init(args=ros_arguments, signal_handler_options=SignalHandlerOptions.NO)
         node = rclpy.create_node(name)
-    except Exception as error:  # rclpy's own kinds differ between distributions
+    except Exception as error:  # rclpy's exceptions differ between distributions
         rclpy.try_shutdown()
         raise UserError(f"ROS does not start: {' '.join(str(error).split())}") from error
     try:
@@ -35,9 +35,9 @@ def ros_node(name: str, ros_arguments: list[str]) -> Iterator[Any]:
 
 
 def spin(node: Any, survive: Callable[[Exception], None], stop: StopRequest) -> None:
-    """Serve a node's topics until it is asked to stop; a second Ctrl-C raises KeyboardInterrupt.
+    """Run a node's callbacks until a stop is requested; a second Ctrl-C raises KeyboardInterrupt.
 
-    What a callback raises is handed to ``survive``.
+    Exceptions in callbacks are passed to ``survive``.
     """
     sys.setswitchinterval(_SWITCH_SECONDS)
     executor = _new_executor()
@@ -52,7 +52,7 @@ def spin(node: Any, survive: Callable[[Exception], None], stop: StopRequest) -> 
 
 
 def _new_executor() -> Any:
-    """The executor that is notified of messages, where ROS has it: it takes far less time than polling."""
+    """The event-based executor if ROS has it, since it takes far less time than polling."""
     try:
         from rclpy.experimental import EventsExecutor
     except ImportError:
@@ -71,7 +71,7 @@ def _serve(executor: Any, survive: Callable[[Exception], None]) -> None:
 
 @contextmanager
 def served(node: Any) -> Iterator[None]:
-    """Serve a node's topics in a thread while the block lasts."""
+    """Run a node's callbacks in a thread within the block."""
     executor = _new_executor()
     executor.add_node(node)
     is_over = Event()
@@ -93,8 +93,8 @@ def served(node: Any) -> Iterator[None]:
 
 @contextmanager
 def sister_node(node: Any, name: str) -> Iterator[Any]:
-    """Yield a node in the namespace of another; it is served by a thread of its own, so that what its
-    callbacks wait for holds nothing up."""
+    """Yield a node in the namespace of another, with its own thread, so that its callbacks may wait without
+    blocking others."""
     sister = rclpy.create_node(name, namespace=node.get_namespace())
     try:
         with served(sister):

@@ -1,4 +1,4 @@
-"""Making ROS 2 importable: that of a sourced installation, or the one that came from PyPI."""
+"""Make ROS 2 importable, from a sourced installation or from PyPI."""
 
 import os
 import sys
@@ -13,7 +13,7 @@ _RESTARTED = "RACECAR_FOUND_ROS"
 def start_ros() -> None:
     """Make ``import rclpy`` work; for a ROS from PyPI the process restarts itself with its libraries.
 
-    Raises UserError where there is no ROS 2.
+    Raises UserError if there is no ROS 2.
     """
     package = find_spec("rclpy")
     if package is None:
@@ -44,13 +44,13 @@ def _finds_libraries() -> bool:
 
 
 def _library_folders() -> list[Path]:
-    """Those of the packages, and those of the libraries that the packages bring along."""
+    """Library folders of the packages, and of the libraries bundled with them."""
     packages = Path(sys.prefix) / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}"
     return [Path(sys.prefix) / "lib", *sorted((packages / "site-packages").glob("ros_*.libs"))]
 
 
 def _restart() -> None:
-    """The dynamic linker reads its search path only when a process starts."""
+    """Restart, since the dynamic linker reads its search path only when a process starts."""
     before = os.environ.get("LD_LIBRARY_PATH", "")
     paths = [*map(str, _library_folders()), *filter(None, before.split(os.pathsep))]
     environment = {**os.environ, "LD_LIBRARY_PATH": os.pathsep.join(paths), _RESTARTED: "1"}

@@ -1,4 +1,4 @@
-"""The transform that places everything else on the car on the map."""
+"""Publish the transform of the car on the map."""
 
 from typing import Any
 
@@ -10,10 +10,10 @@ from racecar.pipelines.live.ros.parameters import CarParameters
 
 
 class TransformBroadcaster:
-    """Publishes on ``/tf`` what the parameters say."""
+    """Publishes on ``/tf`` as configured by the parameters."""
 
     def __init__(self, node: Any, parameters: CarParameters) -> None:
-        """Raises UserError where transforms cannot be published and the parameters ask for them."""
+        """Raises UserError if the parameters request transforms that cannot be published."""
         self._parameters = parameters
         self._tolerance = round(parameters.transform_tolerance * 1e9)
         self._publisher = (
@@ -21,7 +21,7 @@ class TransformBroadcaster:
         )
 
     def publish(self, stamp: Any, map_from_base: Pose, odom_frame: str, odom_from_base: Pose | None) -> None:
-        """The car's place at a stamp, by the map (3,) and by the odometry (3,), None where there is none."""
+        """Publish the car's pose at a stamp, on the map (3,) and by odometry (3,), None without odometry."""
         if self._publisher is None:
             return
         until = nanoseconds(stamp) + self._tolerance

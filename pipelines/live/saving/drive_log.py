@@ -1,7 +1,7 @@
-"""The log of a live drive: what its mapper took in, by which another node maps it again when one was killed.
+"""The log of a live drive: the mapper's inputs, from which another node rebuilds the map if one was killed.
 
-The file begins with a line that names its format and grows by a record at a time. Wherever it was cut, what
-stands before is read, and what comes later is written there.
+The file begins with a line that names its format, followed by records. If it is truncated, the records before
+that are read, and later ones are written in place of the rest.
 """
 
 import struct
@@ -25,48 +25,48 @@ from racecar.sensors.scan import Scan
 from racecar.sensors.yaw_rate import YawRate
 
 _RESUMED_WITHIN = 3600.0
-"""Seconds after which a log is no longer of the drive that goes on now."""
+"""Seconds after which a log belongs to an earlier drive."""
 _PLACE = TypeAdapter(LaserPlace)
 _FORMAT = b"racecar drive log 1\n"
 _HEAD = struct.Struct("<cII")
-"""Of a record: its kind, how many bytes follow, and their checksum, with the kind to begin with."""
+"""Head of a record: its kind, the bytes that follow, and their checksum, seeded with the kind."""
 _LONGEST = 1 << 26
-"""Bytes that a record may have, by judgement: four times those of a million points."""
+"""Bytes of a record. Chosen by judgement: four times those of a million points."""
 _ODOMETRY = struct.Struct("<q6d")
 _YAW_RATE = struct.Struct("<qd")
 _BEAMS = struct.Struct("<BI")
-"""A laser and how many beams it has; their bearings and times follow."""
+"""A laser and its number of beams; their bearings and times follow."""
 _SCAN = struct.Struct("<qB4dci")
-"""Stamp, laser, its place (3), greatest range, the type of the ranges, and how many points are in a cloud, -1
-without one; ranges, points and the times of these follow."""
+"""Stamp, laser, its place (3), maximum range, the type of the ranges, and the number of points of a cloud, -1
+without one; ranges, points and the times of the points follow."""
 
 
 @dataclass(frozen=True)
 class AnotherDrive:
-    """What follows is a drive of its own, as nobody knows where the car went meanwhile."""
+    """Marks the start of a separate drive, since the car's motion in between is unknown."""
 
 
 Entry: TypeAlias = Measurement | LaserPlace | AnotherDrive
 
 
 class DriveLog:
-    """Measurements in the order in which the mapper took them, and where the first laser sits."""
+    """Measurements in the order of the mapper's input, and the place of the first laser."""
 
     def __init__(self, out: Path) -> None:
-        """Beside the output folder ``out``."""
+        """The log lies beside the output folder ``out``."""
         folder = Path(realpath(out))
         self.path = folder.parent / f"{folder.name}.drive.log"
         self.broken_off: float | None = None
-        """Seconds ago, of the drive that is gone on with; None where a new one begins."""
+        """Seconds since the continued drive was interrupted; None for a new one."""
         self._end = 0
-        """Where the next record is written; before that the file is whole."""
+        """Where the next record is written; the file is intact up to there."""
         self._file: BinaryIO | None = None
         self._beams: dict[int, bytes] = {}
         self._place = b""
 
     def go_on(self, announce: Callable[[str], None]) -> None:
-        """Go on with the drive whose node was killed not long ago, where there is one, which is announced.
-        Else what is added takes the place of whatever is there."""
+        """Continue the drive of a node killed not long ago, if there is one, and announce it. Otherwise new
+        entries replace the contents of the file."""
         if not self.path.is_file():
             return
         seconds = time.time() - self.path.stat().st_mtime
@@ -79,7 +79,7 @@ class DriveLog:
             announce(f"The node was killed: the drive goes on from {self.path}, by which it is mapped again.")
 
     def entries(self) -> Iterator[Entry]:
-        """What was logged, as far as the file is whole; what is added later follows what was read."""
+        """The logged entries, as far as the file is intact; new ones will follow the last one read."""
         beams: dict[int, list[NDArray[np.float64]]] = {}
         with self.path.open("rb") as file:
             record = (b"", b"") if file.read(len(_FORMAT)) == _FORMAT else None
@@ -88,13 +88,13 @@ class DriveLog:
                 record = _next_record(file)
                 try:
                     entry = None if record is None else _read(*record, beams)
-                except (struct.error, ValueError, LookupError, TypeError):  # of another writer
+                except (struct.error, ValueError, LookupError, TypeError):  # written by another version
                     return
                 if entry is not None:
                     yield entry
 
     def add(self, entry: Entry) -> None:
-        """Write something so that it outlives this process. Raises OSError; nothing of it is in the file
+        """Write an entry so that it outlives this process. Raises OSError; the file does not contain it
         then."""
         if isinstance(entry, Scan):
             beams = _BEAMS.pack(entry.laser, len(entry.bearings))
@@ -116,7 +116,7 @@ class DriveLog:
             self._write(b"A", b"")
 
     def remove(self) -> None:
-        """The drive is over, and its map is saved."""
+        """Remove the log of a drive whose map is saved."""
         if self._file is not None:
             self._file.close()
         self.path.unlink(missing_ok=True)
@@ -152,7 +152,7 @@ def _next_record(file: BinaryIO) -> tuple[bytes, bytes] | None:
 
 
 def _read(kind: bytes, content: bytes, beams: dict[int, list[NDArray[np.float64]]]) -> Entry | None:
-    """What a record holds; None where that is for the scans after it, whose ``beams`` by laser are kept."""
+    """The entry of a record; None if it only adds a laser's ``beams``, for the scans after it."""
     if kind == b"S":
         return _scan(content, beams)
     if kind == b"O":
@@ -171,7 +171,7 @@ def _read(kind: bytes, content: bytes, beams: dict[int, list[NDArray[np.float64]
 
 def _scan_bytes(scan: Scan) -> bytes:
     short, cloud = scan.ranges.astype(np.float32), scan.cloud
-    is_exact = np.array_equal(short, scan.ranges, equal_nan=True)  # as most lasers send no more than 32 bits
+    is_exact = np.array_equal(short, scan.ranges, equal_nan=True)  # most lasers send no more than 32 bits
     ranges = short if is_exact else scan.ranges
     points = -1 if cloud is None else len(cloud.points)
     head = (scan.stamp, scan.laser, *scan.base_from_laser, scan.max_range, ranges.dtype.char.encode(), points)

@@ -1,4 +1,4 @@
-"""Saving the map of a drive: at its end, or in between while it goes on."""
+"""Save the map of a drive, at its end or while it continues."""
 
 import pickle
 from collections.abc import Mapping, Sequence
@@ -21,18 +21,18 @@ from racecar.pipelines.runs.run_context import RunContext
 
 @dataclass(frozen=True)
 class MapOutput:
-    """Where the map of a live drive goes, and what identifies the drive."""
+    """Where the map of a live drive is saved, and what identifies the drive."""
 
     folder: Path
     config: Config
     run: Mapping[str, Any]
 
     def save(self, drives: Sequence[Mapper]) -> list[str]:
-        """Finish the map of some drives and write all files of it; the mappers are at their ends.
+        """Finish the map of some drives and write all its files; the mappers must be stopped.
 
-        Each drive carries on the map of those before where it is recognized there; of any other the map goes
-        into a folder of its own, which the sentences returned name. Raises UserError when there is nothing to
-        save or the folder cannot be written to.
+        Each drive extends the map of those before if it is recognized there. Otherwise its map goes into a
+        separate folder, which the returned sentences name. Raises UserError when there is nothing to save or
+        the folder cannot be written.
         """
         earlier, unrecognized = None, []
         for mapper in drives:
@@ -54,11 +54,11 @@ class MapOutput:
         return run
 
     def save_apart(self, drives: bytes) -> None:
-        """The same of pickled mappers that drive on; the work is done in a process of its own, which leaves
-        the cores to the drive. Raises UserError as `save` does."""
+        """The same for pickled mappers that continue, in a separate process that leaves the cores to the
+        drive. Raises UserError as `save` does."""
         in_fresh_process(partial(save_pickled, self, drives), threads=1, is_urgent=False)
 
 
 def save_pickled(output: MapOutput, drives: bytes) -> None:
-    """`MapOutput.save` of mappers that were pickled."""
+    """`MapOutput.save` for pickled mappers."""
     output.save(pickle.loads(drives))

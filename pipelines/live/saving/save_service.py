@@ -1,4 +1,4 @@
-"""The service ``save_map``: the map so far as files, while the drive goes on."""
+"""The service ``save_map``: save the map so far while the drive continues."""
 
 from collections.abc import Callable
 from concurrent.futures import Future, TimeoutError
@@ -13,14 +13,14 @@ from racecar.pipelines.live.ros.run import sister_node
 from racecar.pipelines.live.saving.map_saving import MapOutput
 
 _ANSWER_SECONDS = 120.0
-"""For which to wait for the mapper to come to it: it may be closing loops, and is behind for no longer, by
-judgement."""
+"""Seconds to wait for the mapper, which may be closing loops. Chosen by judgement: it is never behind for
+longer."""
 
 
 class SaveService:
-    """Answers when the files are there.
+    """Responds when the files are written.
 
-    It has a thread of its own, and the work a process of its own, so the drive goes on meanwhile.
+    It waits in its own thread and works in its own process, so the drive continues meanwhile.
     """
 
     def __init__(
@@ -31,18 +31,18 @@ class SaveService:
         faults: Faults,
         inform: Callable[[str], None],
     ) -> None:
-        """``request_drives``: asks for the drives as they are, pickled, which may fail with a UserError."""
+        """``request_drives``: requests the current drives, pickled; may fail with a UserError."""
         self._node, self._output, self._request_drives = node, output, request_drives
         self._faults, self._inform = faults, inform
         self._served = ExitStack()
 
     def start(self) -> None:
-        """Begin to serve."""
+        """Create the service."""
         saver = self._served.enter_context(sister_node(self._node, "racecar_map_saver"))
         saver.create_service(Trigger, "save_map", self._on_save)
 
     def stop(self) -> None:
-        """Finish what is being saved, and stop."""
+        """Finish saving and stop."""
         self._served.close()
 
     def _on_save(self, _request: Any, response: Any) -> Any:

@@ -1,1 +1,1 @@
-"""The simulated car's side of ROS: what it publishes, who drives it, and in which frames goals are meant."""
+"""The simulated car's ROS interface: its topics, its commands, and the frames of goals."""

@@ -1,4 +1,4 @@
-"""What a simulated car publishes: its sensors, its frames, where it truly is, and the time."""
+"""Publish a simulated car's sensors, frames, true pose, and the time."""
 
 from array import array
 from dataclasses import dataclass
@@ -18,13 +18,13 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
 _DEPTH = 100
-"""Messages that may wait for a reader, as players of bags have it."""
+"""Queue size, the same as in players of bags."""
 _EXACT = np.zeros((3, 3))
 
 
 @dataclass(frozen=True)
 class FrameNames:
-    """All but the map's bear the car's namespace, so that several cars can be shown in one tree."""
+    """Frames, all but the map's with the car's namespace, so that several cars can be shown in one tree."""
 
     map: str
     odom: str
@@ -33,13 +33,13 @@ class FrameNames:
 
     @classmethod
     def in_namespace(cls, namespace: str) -> "FrameNames":
-        """Of a node's namespace such as ``/`` or ``/car1``."""
+        """The frames for a node's namespace such as ``/`` or ``/car1``."""
         prefix = f"{namespace}/".lstrip("/")
         return cls("map", f"{prefix}odom", f"{prefix}base_link", f"{prefix}laser")
 
 
 class CarTopics:
-    """Publishers in the node's namespace; frames go to the tree that all share."""
+    """Publishers in the node's namespace; frames go to the shared tree."""
 
     def __init__(self, node: Any, frames: FrameNames, laser: LaserModel) -> None:
         self._frames, self._laser = frames, laser
@@ -52,7 +52,7 @@ class CarTopics:
         self._places.publish(transform_bytes(0, frames.base, frames.laser, BASE_FROM_LASER))
 
     def publish_odometry(self, sample: Odometry) -> None:
-        """What the wheels say, as message and as transform; before it, the time."""
+        """Publish the time, then odometry as message and as transform."""
         frames, stamp = self._frames, time_message(sample.stamp)
         self._clock.publish(Clock(clock=stamp))
         self._odometry.publish(
@@ -63,14 +63,14 @@ class CarTopics:
         )
 
     def publish_truth(self, stamp: int, map_from_base: Pose, twist: Pose) -> None:
-        """Where the car truly is (3,), and how it moves (3,)."""
+        """Publish the car's true pose (3,) and twist (3,)."""
         frames = self._frames
         self._truth.publish(
             odometry_message(time_message(stamp), frames.map, frames.base, map_from_base, _EXACT, twist)
         )
 
     def publish_scan(self, scan: Scan) -> None:
-        """A sweep, stamped when its first beam was sent."""
+        """Publish a scan, stamped at its first beam."""
         laser = self._laser
         self._scans.publish(
             LaserScan(

@@ -1,4 +1,4 @@
-"""Speed and steering by topics: ``cmd_vel`` as most robots take it, ``drive`` as race cars do."""
+"""Speed and steering commands: ``cmd_vel`` as for most robots, ``drive`` as for race cars."""
 
 import math
 from collections.abc import Callable
@@ -13,19 +13,19 @@ from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 
 _VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 _DEPTH = 10
-"""Commands that may wait; each replaces the one before."""
+"""Queue size; each command replaces the one before."""
 
 
 class DriveCommands:
-    """Drives the car by what is published; a command holds for a moment only."""
+    """Drives the car by published commands; a command holds for a moment only."""
 
     def __init__(
         self, node: Any, simulation: DrivenSimulation, faults: Faults, take_over: Callable[[], None]
     ) -> None:
-        """``take_over`` is called when a command begins to drive the car."""
+        """``take_over`` is called when a command starts to drive the car."""
         self._node, self._simulation, self._faults, self._take_over = node, simulation, faults, take_over
         self._moving_topic: str | None = None
-        """Where the last command came from, while it lets the car move."""
+        """Topic of the last command, while it lets the car move."""
         self._velocity = TypedTopic(node, "cmd_vel", _VELOCITIES, self._on_velocity, _DEPTH)
         self._drive_name: str = node.resolve_topic_name("drive")
         kind = message_class(ACKERMANN)
@@ -34,11 +34,11 @@ class DriveCommands:
             node.create_subscription(kind, "drive", self._on_drive, _DEPTH, raw=True)
 
     def forget(self) -> None:
-        """Something else drives the car now."""
+        """Forget the last command, since something else drives the car."""
         self._moving_topic = None
 
     def watch_silence(self) -> None:
-        """Say that commands have stopped coming, once the car brakes for it."""
+        """Report that commands have stopped, once the car brakes because of that."""
         if self._moving_topic is not None and not self._simulation.is_steered:
             self._faults.report(
                 "silent",
@@ -48,7 +48,7 @@ class DriveCommands:
             self._moving_topic = None
 
     def watch_types(self) -> None:
-        """Listen to the type of message that is published."""
+        """Subscribe to the published message type."""
         self._velocity.look()
         if self._velocity.strange:
             self._faults.report(

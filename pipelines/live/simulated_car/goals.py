@@ -1,4 +1,4 @@
-"""Goals by ``goal_pose``, RViz's 2D Goal Pose: the car plans its way there and drives it."""
+"""Goals on ``goal_pose``, RViz's 2D Goal Pose: the car plans a path to them and follows it."""
 
 from collections.abc import Callable
 from typing import Any
@@ -18,17 +18,17 @@ from racecar.pipelines.live.simulated_car.car_topics import FrameNames
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 
 _SHORT = 0.25
-"""Metres before the goal at which the way may end without a word: more than from one place that the planner
-knows to the next."""
+"""Metres from the goal at which the path may end without a warning: more than the spacing of the planner's
+places."""
 _PATIENCE = 5.0
-"""Seconds for which the car may stand on its way without a word, as people walk by; by judgement."""
+"""Seconds for which the car may stand without a warning. Chosen by judgement, as people walk by."""
 _QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE)
 
 
 class Goals:
-    """A goal counts as on a real car, by where the car takes itself to be: in a map that somebody publishes
-    the place of, it lies as far from the car as it does there. Where nobody does, the map is the simulated
-    one."""
+    """Goals are interpreted as on a real car, relative to its estimated pose: if a node publishes the car's
+    pose in the goal's frame, the goal is as far from the true car as from that pose. Otherwise the map is the
+    simulated one."""
 
     def __init__(
         self,
@@ -39,23 +39,23 @@ class Goals:
         inform: Callable[[str], None],
         take_over: Callable[[], None],
     ) -> None:
-        """``take_over`` is called when the car begins to drive to a goal."""
+        """``take_over`` is called when the car starts to drive to a goal."""
         self._take_over = take_over
         self._frames, self._simulation, self._faults, self._inform = frames, simulation, faults, inform
         self._links = MapLinks(node, frames.odom)
         self._is_awaited = False
         self._moved_at = 0.0
-        """Simulated seconds when the car moved last."""
+        """Simulated seconds when the car last moved."""
         self.odom_from_base: Pose = IDENTITY
-        """(3,) as the odometry tells now."""
+        """(3,) by the current odometry."""
         node.create_subscription(PoseStamped, "goal_pose", self._on_goal, 10)
 
     def forget(self) -> None:
-        """Something else drives the car now."""
+        """Forget the goal, since something else drives the car."""
         self._is_awaited = False
 
     def watch_way(self) -> None:
-        """Say when the car has come to its goal, or does not get on; to be called at every step."""
+        """Report when the car reaches its goal, or is stuck; to be called at every step."""
         simulation = self._simulation
         if not self._is_awaited:
             return
@@ -96,7 +96,7 @@ class Goals:
             )
 
     def _in_simulated_map(self, frame: str, frame_from_goal: Pose) -> Pose:
-        """``map_from_goal`` (3,). Raises UserError where nothing tells where the goal's frame lies."""
+        """``map_from_goal`` (3,). Raises UserError if the goal's frame is unknown."""
         frames = self._frames
         frame_from_odom = IDENTITY if frame == frames.odom else self._links.frame_from_odom(frame)
         if frame == frames.base:
@@ -113,7 +113,7 @@ class Goals:
 
 
 class MapLinks:
-    """Hears on ``/tf`` where the frame of the car's odometry lies in others."""
+    """Receives on ``/tf`` the pose of the car's odometry frame in other frames."""
 
     def __init__(self, node: Any, odom_frame: str) -> None:
         self._odom_frame = odom_frame
@@ -121,7 +121,7 @@ class MapLinks:
         node.create_subscription(transform_message_type(), "/tf", self._take, _QOS, raw=True)
 
     def frame_from_odom(self, frame: str) -> Pose | None:
-        """(3,), the latest; None where nobody has published it."""
+        """(3,), the latest; None if none was published."""
         return self._frame_from_odom.get(frame)
 
     def _take(self, serialized: bytes) -> None:

@@ -1,1 +1,1 @@
-"""The threads of a node: what waits for them, what is due, and the memory they leave."""
+"""The threads of a node: queues, schedules, and memory."""

@@ -1,4 +1,4 @@
-"""Memory that is free goes back to the machine: a node that runs for hours is not alone on its car."""
+"""Return free memory to the system: a node that runs for hours is not alone on its car."""
 
 import ctypes
 
@@ -6,28 +6,26 @@ _C = ctypes.CDLL(None)
 _MMAP_THRESHOLD, _ARENA_MAX = -3, -8
 """Numbers of glibc's parameters."""
 _LARGE = 128 * 1024
-"""Bytes, as glibc begins with."""
+"""Bytes, glibc's initial value."""
 
 
 def keep_memory_together() -> None:
-    """Give each large block of memory from now on pages of its own, which leave with it, and let all threads
-    that are still to come take the small ones from one heap; nothing happens where the C library cannot do
-    it.
+    """Allocate large blocks in their own pages from now on, which are returned when freed, and small blocks
+    of all new threads from one heap; no effect if the C library does not support it.
 
-    glibc takes larger and larger blocks from its heap as such are freed, see mallopt(3). Among what is in use
-    there they leave holes, and the room that arrays have to spare takes memory before anything is written.
-    With a heap for each thread, what one has freed is of no use to the others; the threads of a node hardly
-    ever allocate at once, as all but one wait for Python.
+    glibc takes larger and larger blocks from its heap as such are freed, see mallopt(3). They leave holes
+    between blocks in use, and the spare capacity of arrays takes memory before it is written. With a heap per
+    thread, others cannot use what one has freed; the threads of a node hardly ever allocate at once, as all
+    but one wait for Python.
     """
     _call("mallopt", _MMAP_THRESHOLD, _LARGE)
     _call("mallopt", _ARENA_MAX, 1)
 
 
 def give_back_free_memory() -> None:
-    """Return the pages that hold nothing any more; nothing happens where the C library cannot do it.
+    """Return unused pages to the system; no effect if the C library does not support it.
 
-    glibc returns by itself only what lies at the end of its heap, see malloc_trim(3). It takes a few
-    milliseconds.
+    By itself glibc returns only the end of its heap, see malloc_trim(3). It takes a few milliseconds.
     """
     _call("malloc_trim", 0)
 

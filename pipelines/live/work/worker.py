@@ -1,4 +1,4 @@
-"""A thread that does what waits for it in the order it came, and survives whatever goes wrong with it."""
+"""A thread that processes a queue in order of arrival, and survives exceptions."""
 
 from collections import Counter, deque
 from collections.abc import Callable
@@ -11,10 +11,10 @@ Work = Callable[[], object]
 
 
 class Worker:
-    """Callbacks put work in and go on at once; what comes faster than it is done is dropped, oldest first."""
+    """Callbacks enqueue work and return at once; if it arrives too fast, the oldest is dropped."""
 
     def __init__(self, name: str, faults: Faults, survive: Callable[[Exception], None]) -> None:
-        """What work raises goes to ``survive``, but a UserError to the ``faults``."""
+        """Exceptions of work go to ``survive``, except UserError, which goes to ``faults``."""
         self._faults, self._survive = faults, survive
         self._waiting: dict[str, deque[tuple[int, Work]]] = {}
         self._arrivals = 0
@@ -22,14 +22,14 @@ class Worker:
         self._is_closed = False
         self._thread = Thread(target=self._run, name=name, daemon=True)
         self.dropped: Counter[str] = Counter()
-        """By kind, what was not done because it came too fast."""
+        """Number of dropped pieces of work by kind."""
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def put(self, kind: str, work: Work, most: int = 1) -> None:
-        """Let work wait for its turn; of its kind, so much may."""
+        """Enqueue work, at most ``most`` pieces of its kind."""
         with self._changed:
             queue = self._waiting.setdefault(kind, deque())
             if len(queue) >= most:
@@ -40,19 +40,19 @@ class Worker:
             self._changed.notify()
 
     def backlog(self, kind: str) -> int:
-        """How much of a kind is waiting."""
+        """Number of waiting pieces of a kind."""
         with self._changed:
             return len(self._waiting.get(kind, ()))
 
     def clear(self, kind: str) -> int:
-        """Leave out what waits of a kind; returns how much that was."""
+        """Drop the waiting work of a kind; returns the number of pieces."""
         with self._changed:
             left_out = len(self._waiting.pop(kind, ()))
             self.dropped[kind] += left_out
             return left_out
 
     def finish(self, seconds: float | None = None) -> bool:
-        """Do what still waits, for so long at most, and stop; whether all of it is done."""
+        """Finish waiting work, within ``seconds`` if given, and stop; returns whether all of it is done."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()
@@ -61,7 +61,7 @@ class Worker:
         return not self._thread.is_alive()
 
     def attempt(self, work: Work) -> None:
-        """Do a piece of work by itself, so that what comes after it is done though it fails."""
+        """Do a piece of work; if it fails, the error is reported and the work after it still runs."""
         try:
             work()
         except UserError as error:
@@ -74,7 +74,7 @@ class Worker:
             self.attempt(work)
 
     def _next(self) -> Work | None:
-        """What came first, waiting for it; None once nothing more will come."""
+        """The oldest work, waiting for it; None once there will be no more."""
         with self._changed:
             while not any(self._waiting.values()):
                 if self._is_closed:
