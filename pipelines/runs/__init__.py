@@ -1,1 +1,1 @@
-"""Whole runs: a bag to a map, a bag and a map to poses, and what they share."""
+"""Whole runs: mapping a bag, localizing a bag on a map, and what these share."""

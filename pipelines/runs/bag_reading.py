@@ -1,4 +1,4 @@
-"""How a bag is read, as flags say it of one bag or of many, or whoever opened it."""
+"""How to open a bag: the options of the command line, for one bag or for many."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,7 +11,7 @@ from racecar.sensors.config import SensorConfig
 
 @dataclass(frozen=True)
 class BagReading:
-    """What `BagReader` is told besides the settings; left out, the bag decides."""
+    """Options of `BagReader` besides the settings; where an option is None, the bag decides."""
 
     scan_topic: tuple[str, ...] = ()
     odom_topic: str | None = None
@@ -23,17 +23,17 @@ class BagReading:
     start: float = 0.0
     """Seconds since the bag's first message."""
     duration: float | None = None
-    """Seconds; None: to the end."""
+    """Seconds; None reads to the end."""
 
     def open(self, bag: Path, sensors: SensorConfig) -> BagReader:
-        """The bag, read so. Raises UserError when it cannot be."""
+        """Open the bag with these options. Raises UserError when it cannot be read."""
         return BagReader(bag, **vars(self), sensors=sensors)
 
 
 @contextmanager
 def opened_bag(bag: str | Path | BagReader, sensors: SensorConfig) -> Iterator[BagReader]:
-    """Yield a reader; one that was open stays open, and keeps its settings of ``sensors`` where these are the
-    defaults. Raises UserError when the path holds no bag."""
+    """Yield a reader. One that is already open stays open and keeps its own settings where ``sensors`` has
+    the defaults. Raises UserError when the path holds no bag."""
     if isinstance(bag, BagReader):
         if sensors != SensorConfig():
             bag.sensors = sensors

@@ -1,4 +1,4 @@
-"""The beginning of a bag is read for what it proves about its sensors, before all of it is read."""
+"""Read the beginning of a bag to calibrate its sensors before the whole bag is read."""
 
 from collections.abc import Callable
 
@@ -16,10 +16,10 @@ from racecar.sensors.self_calibration.turn_agreement import USUAL_LAG
 
 
 def calibrate(reader: BagReader, context: RunContext) -> list[Finding]:
-    """Let the reader correct what the beginning of its bag proves to be wrong, and say so in its findings.
+    """Correct the sensor faults that the beginning of a bag proves, and add them to the findings of its
+    reader.
 
-    Returned is what whoever maps the bag, or localizes on it, will find out by himself: it is not corrected
-    beforehand, since both bear it.
+    Returns the findings that mapping or localization will make itself; both tolerate these uncorrected.
     """
     known = KnownSensors(
         scan_topic=reader.scan_topic,
@@ -39,9 +39,9 @@ def calibrate(reader: BagReader, context: RunContext) -> list[Finding]:
 
 
 def check_reader(reader: BagReader, context: RunContext) -> BagCheck:
-    """What is in an open bag, what is wrong with it, and what whoever maps it will find out.
+    """Contents of an open bag, its faults, and the findings that mapping will make.
 
-    The bag is read once, and its beginning twice. Raises UserError when no scan of it is usable.
+    The bag is read once, and its beginning twice. Raises UserError when no scan is usable.
     """
     foreseen = calibrate(reader, context)
     with context.progress("Reading", reader.message_count) as advance_to:
@@ -58,7 +58,7 @@ def _learn(
             if (learned := calibrator.learn(message, known.recorded_lag)) is not None:
                 return learned
             advance_to(number)
-    except UserError:  # not one scan is usable, which whoever reads the bag next will say
+    except UserError:  # no scan is usable, which the next reading reports
         return SelfCalibration()
     return calibrator.estimate(known.recorded_lag)
 
@@ -72,7 +72,7 @@ def _foreseen_lag(learned: SelfCalibration, made: Corrections) -> list[Finding]:
 
 
 def _foreseen_gyro(learned: SelfCalibration, made: Corrections) -> list[Finding]:
-    """By the same measure as the mapper's, which does not use such a gyroscope."""
+    """Apply the mapper's own criterion; it does not use such a gyroscope."""
     turns = learned.gyro_turns
     is_known = learned.bearing_scale is None or learned.bearing_scale.is_certain
     if turns is None or not is_known:

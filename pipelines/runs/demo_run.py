@@ -21,10 +21,10 @@ from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 @dataclass(frozen=True, eq=False)
 class DemoErrors:
-    """How far both stages are from the truth."""
+    """Errors of both stages against the truth."""
 
     mapping: TrajectoryErrors
-    """After alignment of the map with the world."""
+    """After aligning the map with the world."""
     localization: TrajectoryErrors
     """In the built map, with the same alignment."""
 
@@ -40,8 +40,8 @@ def run_demo(
 ) -> DemoErrors:
     """Run every stage and write its files into an existing folder.
 
-    The mapping drive covers the whole world unless its duration is given; the second drive starts where the
-    first was halfway.
+    The mapping drive covers the whole world unless its duration is given; the second drive starts halfway
+    along the first.
     """
     report, announce = context.report, context.announce
     with report.stage("first drive"):

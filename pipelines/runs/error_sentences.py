@@ -1,4 +1,4 @@
-"""What went wrong, in one sentence, and whether the user can mend it."""
+"""Describe an error in one sentence, and decide whether the user can fix it."""
 
 import errno
 
@@ -20,14 +20,14 @@ _MENDABLE_BY_USER = _NO_ROOM | {
 
 
 def is_mendable_by_user(error: BaseException) -> bool:
-    """Whether it is no fault of ours."""
+    """Whether the error is not a bug of this project."""
     if isinstance(error, OSError):
         return error.errno in _MENDABLE_BY_USER
     return isinstance(error, UserError | MemoryError) or _missing_package(error) is not None
 
 
 def in_one_sentence(error: BaseException) -> str:
-    """What is wrong, and how to mend or report it."""
+    """What is wrong, and how to fix or report it."""
     if isinstance(error, UserError):
         return str(error)
     if (package := _missing_package(error)) is not None:

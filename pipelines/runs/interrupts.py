@@ -1,4 +1,4 @@
-"""Ctrl-C that asks work to stop at a good place instead of breaking it off anywhere."""
+"""Ctrl-C that asks work to stop at a suitable point instead of aborting it anywhere."""
 
 import os
 import signal
@@ -7,20 +7,19 @@ from contextlib import contextmanager
 from types import FrameType
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""Ctrl-C, whoever ends processes, and a terminal that is closed."""
+"""Ctrl-C, a request to terminate, and a terminal that is closed."""
 
 
 def end_like_ctrl_c() -> None:
-    """Let every request to end raise KeyboardInterrupt from now on, so that what was begun is cleared away.
+    """Have every request to end raise KeyboardInterrupt from now on, so that unfinished work is cleaned up.
 
-    A copy of this process is ended at once, as ever, and where a closed terminal was to be survived (nohup),
-    it is.
+    A forked copy of this process still ends at once. Under nohup, a closed terminal is still survived.
     """
     others = [number for number in STOP_SIGNALS if number != signal.SIGINT and not _is_to_be_survived(number)]
     for number in others:
         signal.signal(number, signal.default_int_handler)
 
-    def wait() -> None:  # a request to the copy that came while it is made would be ours to hear, and lost
+    def wait() -> None:  # while the copy is forked, a signal meant for it would reach our handler and be lost
         signal.pthread_sigmask(signal.SIG_BLOCK, others)
 
     def hear_again() -> None:
@@ -39,23 +38,23 @@ def _is_to_be_survived(number: signal.Signals) -> bool:
 
 
 class StopRequest:
-    """Whether Ctrl-C, or whoever ends processes, asks the work to stop.
+    """Whether Ctrl-C or another process asks the work to stop.
 
-    It raises KeyboardInterrupt, unless the work looks for it. Once made it stays: a KeyboardInterrupt
-    that comes up in a destructor, as between two kernels' compilations, is dropped by Python.
+    It raises KeyboardInterrupt unless the work polls for it. A request is remembered, because Python drops a
+    KeyboardInterrupt raised in a destructor, as between two kernels' compilations.
     """
 
     def __init__(self) -> None:
         self.is_made = False
         self.source = ""
-        """Who made it."""
+        """Where the request came from."""
         self.has_torn = False
-        """Whether it raised KeyboardInterrupt, wherever that came out."""
+        """Whether it raised KeyboardInterrupt, even if that was dropped."""
         self._is_looked_for = False
 
     @contextmanager
     def looked_for(self) -> Iterator[None]:
-        """While the block lasts a request is only remembered; a second Ctrl-C raises KeyboardInterrupt."""
+        """Only remember a request during the block; a second Ctrl-C raises KeyboardInterrupt."""
         self._is_looked_for = True
         try:
             yield
@@ -74,9 +73,9 @@ class StopRequest:
 
 @contextmanager
 def stop_request(*signals: signal.Signals) -> Iterator[StopRequest]:
-    """Yield whether a stop is requested, while the block lasts, by any of the signals.
+    """Yield, for the duration of the block, whether any of the signals requests a stop.
 
-    Raises KeyboardInterrupt also when that was dropped and the block failed over what it left undone.
+    Also raises KeyboardInterrupt if Python dropped it and the block failed because of what it interrupted.
     """
     request = StopRequest()
     heard = [number for number in signals if not _is_to_be_survived(number)]

@@ -1,4 +1,4 @@
-"""A bag and a map become the car's poses: ``racecar.localize_bag`` of Python, and ``racecar localize``."""
+"""Localize a bag on a map: ``racecar.localize_bag`` of Python, and ``racecar localize``."""
 
 import time
 from collections.abc import Sequence
@@ -52,17 +52,17 @@ if TYPE_CHECKING:
 LOCALIZATION_FILES = ("trajectory.tum", "overlay.png", REPORT_FILE)
 
 _CONVERGED = 0.2
-"""Metres of standard deviation within which the pose counts as found."""
+"""Standard deviation in metres below which the pose counts as found."""
 _MOMENTS = 6
-"""Scans that are laid over the map, evenly along the path: two rows of panels."""
+"""Number of scans drawn over the map, evenly along the path: two rows of panels."""
 _SAME_TIME = 1_000_000_000
-"""Nanoseconds within which the mapping trajectory has a pose for the first scan: by judgement, as the mapper
-leaves out scans before the first odometry."""
+"""Maximum nanoseconds from the first scan to a pose of the mapping trajectory. Chosen by judgement, since the
+mapper skips scans before the first odometry."""
 
 
 @dataclass(eq=False)
 class LocalizationRun:
-    """Where the car was on a map, and what the poses are worth."""
+    """The car's poses on a map, and how reliable they are."""
 
     grid: OccupancyGrid
     """The map."""
@@ -74,13 +74,13 @@ class LocalizationRun:
     estimates: list[PoseEstimate] = field(default_factory=list)
     """The pose with its covariance (3, 3) at each scan."""
     shares_on_wall: list[float] = field(default_factory=list)
-    """Of the end points of each scan."""
+    """Share of each scan's end points on a wall."""
     update_seconds: list[float] = field(default_factory=list)
-    """That the answer to each scan took."""
+    """Computing time for each scan."""
     along: MomentsAlong = field(default_factory=lambda: MomentsAlong(_MOMENTS))
-    """Scans to be laid over the map."""
+    """Scans to be drawn over the map."""
     reference: Trajectory | None = None
-    """The path that the mapper found, when the bag is the one that made the map."""
+    """The mapper's trajectory, if this bag made the map."""
 
     @property
     def trajectory(self) -> Trajectory:
@@ -99,14 +99,14 @@ class LocalizationRun:
 
     @property
     def warnings(self) -> list[str]:
-        """What is wrong with the bag or doubtful about the poses, one sentence each."""
+        """Faults of the bag and doubts about the poses, one sentence each."""
         return self.report.warnings
 
     def __repr__(self) -> str:
         return f"<LocalizationRun of {self.title}, {len(self.estimates)} scans. {self.quality.summary}>"
 
     def plot(self) -> "Figure":
-        """The path over the map and scans at a few moments, as overlay.png shows them.
+        """The path over the map and scans at a few moments, as in overlay.png.
 
         A notebook shows the figure by itself, a script with ``matplotlib.pyplot.show()``.
         """
@@ -156,13 +156,13 @@ def localize_bag(
 ) -> LocalizationRun:
     """Estimate where a bag's car was on a map, as ``racecar localize`` does.
 
-    ``bag`` is a path, or a `BagReader` that was opened with the topics, the laser's pose or the part that is
-    meant. ``map`` is a map's YAML file, a folder with map.yaml, the name of a shipped map, or a grid. The car
-    starts at the ``initial_pose`` (3,), x and y in metres and yaw in radians, or ``anywhere``. With neither,
-    the bag that made the map starts where it was then, and any other starts anywhere. ``config`` is a YAML
-    file of settings or what it would hold. Without ``quiet`` a terminal shows the progress.
+    ``bag`` is a path, or a `BagReader` opened with the topics, the laser's pose or the part to use. ``map``
+    is a map's YAML file, a folder with map.yaml, the name of a shipped map, or a grid. The car starts at the
+    ``initial_pose`` (3,), x and y in metres and yaw in radians, or ``anywhere``. With neither, the bag that
+    made the map starts at its known pose, and any other bag starts anywhere. ``config`` is a YAML file of
+    settings or its contents. Unless ``quiet``, a terminal shows the progress.
 
-    Raises UserError, with what is wrong and what to do in one sentence.
+    Raises UserError, which states the fault and the remedy in one sentence.
     """
     context, path = RunContext(Report("racecar.localize_bag"), quiet=quiet), None
     if not isinstance(map, OccupancyGrid):
@@ -194,13 +194,13 @@ def run_localization(
     seed: int = 0,
     record_into: Path | None = None,
 ) -> LocalizationRun:
-    """Feed an open bag through the localizer; figures and warnings go into the report.
+    """Run the localizer on an open bag; figures and warnings go into the report.
 
-    The car starts at the ``initial_pose`` (3,), ``anywhere``, or with neither where the drive that made the
-    map began, which is looked for beside ``map_path``; where that has no pose at the first scan the whole map
-    is searched, and the report says so. A record of all that goes in and out is written ``record_into`` a
-    folder. Where the car is not found because the map is of another place, the rest of the bag is left aside.
-    Raises UserError when the bag holds no usable scan, or none that meets anything.
+    The car starts at the ``initial_pose`` (3,) or ``anywhere``. With neither, it starts where the drive
+    beside ``map_path`` that made the map began; if that has no pose at the first scan, the whole map is
+    searched, and the report says so. A record of all inputs and outputs is written ``record_into`` a folder.
+    If the car is not found because the map is of another place, the rest of the bag is skipped. Raises
+    UserError when the bag holds no usable scan, or none with a return.
     """
     if initial_pose is not None and anywhere:
         raise UserError(
@@ -264,7 +264,7 @@ def _start_from(start: Trajectory, stamp: int, localizer: Localizer, report: Rep
 
 
 def _start_anywhere(report: Report, fault: str = "is from another drive") -> None:
-    """Report that nothing says where on the map the car starts, although a drive lies beside it."""
+    """Report that the start is unknown, although there is a drive beside the map."""
     report.add("inputs", {"start": "anywhere"})
     report.warn(
         f"The map's trajectory.tum {fault}, so the whole map was searched for the start; "
@@ -288,7 +288,7 @@ def _record(message: Measurement, run: LocalizationRun, localizer: Localizer, re
 
 
 def _judge(run: LocalizationRun, scan: Scan, walls: WallFit) -> None:
-    """How much of the scan lies on walls, and now and then along the path the scan itself."""
+    """Measure the scan's fit to the walls, and keep a scan now and then along the path."""
     map_from_base = run.estimates[-1].map_from_base
     points = transform_points(map_from_base, scan.points_in_base())
     share = walls.share_of_points(points)
@@ -320,7 +320,7 @@ def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader) -> 
     model = localizer.turn_model
     contradiction = f"{model.contradiction} {model.remedy}" if model.contradiction else None
     hung = localizer.frozen_odometry.warning(run.estimates[0].stamp)
-    is_localized = run.quality.verdict == DriveVerdict.LOCALIZED  # a car that is lost learns nothing true
+    is_localized = run.quality.verdict == DriveVerdict.LOCALIZED  # a lost car would learn errors
     learned = localizer.calibration
     faults = (learned.odometry_warning, learned.laser_warning) if is_localized else ()
     told = [sentence for sentence in (contradiction, hung, *faults) if sentence is not None]
@@ -337,7 +337,7 @@ def _fit(shares_on_wall: list[float]) -> dict[str, float]:
 
 
 def _convergence(estimates: list[PoseEstimate]) -> dict[str, float | None]:
-    """When the pose was first found, and how sharp it was on average from then on."""
+    """When the pose was first found, and its mean standard deviation from then on."""
     deviations = np.array([estimate.deviation for estimate in estimates])
     is_found = (deviations < _CONVERGED) & np.array([estimate.cluster_weight > 0.9 for estimate in estimates])
     if not is_found.any():
@@ -350,7 +350,7 @@ def _convergence(estimates: list[PoseEstimate]) -> dict[str, float | None]:
 
 
 def _update_times(run: LocalizationRun) -> dict[str, float | None]:
-    """Milliseconds per scan; searches for the start apart."""
+    """Milliseconds per scan, without searches for the start."""
     milliseconds = 1e3 * np.array(run.update_seconds)
     is_start = np.array([estimate.is_start for estimate in run.estimates])
     tracking, searching = milliseconds[~is_start], milliseconds[is_start]
@@ -371,7 +371,7 @@ def _search_ended(run: LocalizationRun, *, is_placed: bool) -> str:
 
 
 def _starts(run: LocalizationRun) -> int:
-    """How often the pose was searched; scans without a return do not show where to begin."""
+    """Number of global searches; scans without a return do not show where to start."""
     return sum(estimate.is_start and estimate.fit is not None for estimate in run.estimates)
 
 
@@ -395,5 +395,5 @@ def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
 
 
 def _meet(one: Trajectory, other: Trajectory) -> bool:
-    """Whether two trajectories have time in common, as those of two parts of a bag may not."""
+    """Whether two trajectories overlap in time; two parts of a bag may not."""
     return bool(one.stamps[0] <= other.stamps[-1] and other.stamps[0] <= one.stamps[-1])

@@ -1,4 +1,4 @@
-"""What to know of a map before its figures are believed."""
+"""Warnings about a map's figures and how far they can be trusted."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,20 +16,20 @@ from racecar.pipelines.runs.mapping_drive import mapping_path
 from racecar.sensors.fixed_returns.left_out import LeftOut
 
 _COARSE = 0.25
-"""Metres; half the length of a small car: walls of such cells are off by as much as a parked car is."""
+"""Metres; half the length of a small car. The error of walls in such cells is as large as a parked car."""
 _CLUTTERED = 0.5
-"""Share of a map near its walls from which a wrong pose would find half of its end points on walls, too."""
+"""Share of a map near its walls above which a wrong pose would also have half of its end points on walls."""
 _POOR_FIT = 0.5
-"""Share of end points on walls below which a person should look twice."""
+"""Share of end points on walls below which a person should check the result."""
 _ASTRAY = 0.05
-"""Share of a path in walls or beyond the map: none on our maps, and a tenth where the image was of another
+"""Share of a path in walls or outside the map: none on our maps, and a tenth when the image was of another
 run."""
 _NAMED = 3
-"""Parts of the view that a sentence names, so that it stays one; report.json has all."""
+"""Number of sectors that a sentence names, to keep it short; report.json has all."""
 
 
 def cautions_of_fixed_returns(left_out: LeftOut) -> list[str]:
-    """For a recording of which returns were left out because they move along with the laser."""
+    """For a recording with returns left out because they move with the laser."""
     if left_out.returns == 0:
         return []
     begin, end = left_out.seconds
@@ -47,7 +47,7 @@ def cautions_of_fixed_returns(left_out: LeftOut) -> list[str]:
 
 
 def cautions_of_resolution(resolution: float) -> list[str]:
-    """For a map whose cells measure so many metres."""
+    """For a map with cells of ``resolution`` metres."""
     if resolution <= _COARSE:
         return []
     return [
@@ -57,7 +57,7 @@ def cautions_of_resolution(resolution: float) -> list[str]:
 
 
 def cautions_of_size(grid: TiledGrid) -> list[str]:
-    """For a map whose image is too large to be read again."""
+    """For a map whose image is too large to be read back."""
     if grid.size <= MOST_PIXELS:
         return []
     return [
@@ -68,7 +68,7 @@ def cautions_of_size(grid: TiledGrid) -> list[str]:
 
 
 def cautions_of_edits(grid: TiledGrid, edits: Sequence[Edit]) -> list[str]:
-    """For a map that is not cropped, over which edits were drawn."""
+    """For a map that is not cropped, with edits drawn over it."""
     return [
         f"Edit {n}, {edit.kind}, lies outside the map, so that it changes nothing; are its points in metres, "
         "in the map's frame?"
@@ -78,7 +78,7 @@ def cautions_of_edits(grid: TiledGrid, edits: Sequence[Edit]) -> list[str]:
 
 
 def cautions_of_walls(walls: WallFit) -> list[str]:
-    """For a map on which end points are said to lie on walls."""
+    """For a map on which end points are compared with the walls."""
     if walls.share_of_map <= _CLUTTERED:
         return []
     return [
@@ -88,7 +88,7 @@ def cautions_of_walls(walls: WallFit) -> list[str]:
 
 
 def cautions_of_path(grid: OccupancyGrid, map_path: Path) -> list[str]:
-    """For a map beside which lies the path of a drive, where the two do not belong together."""
+    """For a map beside the path of a drive, when the two do not match."""
     try:
         driven = mapping_path(map_path)
     except UserError:
@@ -109,8 +109,8 @@ def cautions_of_path(grid: OccupancyGrid, map_path: Path) -> list[str]:
 
 
 def cautions_of_fit(share: float, verdict: DriveVerdict) -> list[str]:
-    """For a drive of which only a ``share`` of the end points lies on walls; a verdict that the car is lost
-    says so itself, and one that it is localized must not be contradicted."""
+    """For a drive with only a ``share`` of its end points on walls. A verdict that the car is lost already
+    says so, and a verdict that it is localized must not be contradicted."""
     why = {
         DriveVerdict.LOCALIZED: "much has changed since it was made, or hides it",
         DriveVerdict.UNCERTAIN: "it is the wrong map, outdated, or the car was lost",

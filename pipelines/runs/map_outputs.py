@@ -1,4 +1,4 @@
-"""The files that a mapping run writes: a new one is a module that writes it, and an entry of this list."""
+"""The files of a mapping run. A new one is a module that writes it, and an entry of this list."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -28,25 +28,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MapOutputKind:
-    """Some files of a mapping run."""
+    """One kind of output, of one or more files."""
 
     files: tuple[str, ...]
-    """The names of those that every map has."""
+    """Names of the files that every map has."""
     write: "Callable[[MapRun, Path], None]"
-    """Write them into a folder; the grid has its edits. Raises UserError when that cannot be written to."""
+    """Write them into a folder; the grid includes its edits. Raises UserError when that is impossible."""
     only_on_request: bool = False
-    """Whether they are written only when their first file is asked for."""
+    """Whether they are written only when their first file is requested."""
     require: Callable[[], object] | None = None
-    """Raises UserError when what is needed to write them is not installed."""
+    """Raises UserError when a required package is not installed."""
     package: str | None = None
-    """Without which they are left out, with a warning."""
+    """Without this package they are skipped, with a warning."""
     reads_image: bool = False
-    """Whether they are made of the image as a whole, so that they are left out, too, where that is too
-    large."""
+    """Whether they need the whole image, so that they are also skipped if it is too large."""
 
     @property
     def is_possible(self) -> bool:
-        """Whether that package is there."""
+        """Whether that package is installed."""
         return self.package is None or is_installed(self.package)
 
 
@@ -108,8 +107,8 @@ def _write_svg(run: "MapRun", folder: Path) -> None:
 
 
 def _walls(folder: Path) -> list[NDArray[np.float64]]:
-    """Polylines (N, 2) in metres, of the map as its files hold it."""
-    from racecar.maps.grid.wall_lines import wall_lines  # few want it, and it takes a while to load
+    """Polylines (N, 2) in metres, from the map as its files hold it."""
+    from racecar.maps.grid.wall_lines import wall_lines  # rarely needed, and slow to load
 
     return wall_lines(load_map(folder))
 
@@ -139,19 +138,19 @@ MAP_OUTPUTS = (
         reads_image=True,
     ),
 )
-"""In the order in which they are written: the picture shows the map as its files hold it."""
+"""In the order of writing: the picture shows the map as its files hold it."""
 
 MAP_FILES = (
     *(name for kind in MAP_OUTPUTS if not kind.only_on_request for name in kind.files),
     REPORT_FILE,
 )
-"""What every mapping run writes."""
+"""The files that every mapping run writes."""
 
 
 def outputs_with(requested: Collection[str] = ()) -> list[MapOutputKind]:
-    """The outputs of a run that is asked for some files too.
+    """The outputs of a run, including the requested files.
 
-    Raises UserError when something is not installed that they need.
+    Raises UserError when a package that they need is not installed.
     """
     chosen = [kind for kind in MAP_OUTPUTS if not kind.only_on_request or kind.files[0] in requested]
     for kind in chosen:

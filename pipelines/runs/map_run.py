@@ -1,4 +1,4 @@
-"""A map and all that is known of it: what mapping, rendering, merging and live drives end in."""
+"""A map and everything known about it: the result of mapping, rendering, merging and live drives."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
@@ -32,24 +32,24 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 OPTIMIZING = "Optimizing"
-"""The progress of what comes after the reading, which no request to stop ends any more."""
+"""Progress after the reading, when a request to stop no longer has an effect."""
 
 
 @dataclass(frozen=True, eq=False)
 class MapRun:
-    """The map of a bag or of several drives, the path driven, and what both are worth; in one frame."""
+    """The map of a bag or of several drives, the path driven, and the quality of both; in one frame."""
 
     result: MappingResult
-    """All that the mapper knows, with the constraints between keyframes."""
+    """The mapper's full result, with the constraints between keyframes."""
     report: Report
     """The contents of report.json."""
     title: str
-    """The bag's name, or what else the map is of."""
+    """The bag's name, or another description of the map."""
     edits: MapEdits = MapEdits()  # noqa: RUF009 (frozen)
-    """Those that are drawn over the map when it is written."""
+    """Edits drawn over the map when it is written."""
     source: Path | None = None
-    """The folder of the map that this one extends or shows again, or the file that its edits are from; None
-    of a map of its own."""
+    """The folder of the map that this one extends or renders again, or the file with its edits; None for a
+    new map."""
 
     @property
     def grid(self) -> OccupancyGrid:
@@ -70,14 +70,14 @@ class MapRun:
 
     @property
     def warnings(self) -> list[str]:
-        """What is wrong with the bag or doubtful about the map, one sentence each."""
+        """Faults of the bag and doubts about the map, one sentence each."""
         return self.report.warnings
 
     def __repr__(self) -> str:
         return f"<MapRun of {self.title}, {len(self.trajectory)} scans. {self.quality.summary}>"
 
     def plot(self) -> "Figure":
-        """The map with the path and the loops closed, as map.png shows it.
+        """The map with the path and the loops closed, as in map.png.
 
         A notebook shows the figure by itself, a script with ``matplotlib.pyplot.show()``.
         """
@@ -96,7 +96,7 @@ class MapRun:
 
     def save(self, folder: str | Path, requested: Collection[str] = ()) -> None:
         """Write the files that ``racecar map`` writes, such as map.yaml, map.png and trajectory.tum, and
-        those that are ``requested`` too, such as walls.svg.
+        those ``requested``, such as walls.svg.
 
         The folder is created; other files in it stay. Raises UserError when it cannot be written to, or when
         it holds edits that would be lost.
@@ -107,8 +107,8 @@ class MapRun:
             self.write(staging, requested)
 
     def write(self, folder: Path, requested: Collection[str] = ()) -> None:
-        """Write the same into an existing folder, the report last, which warns of each edit that lies outside
-        a map that is not cropped, and where the map is too large to be read again."""
+        """Write the same into an existing folder, the report last. It warns of each edit outside a map that
+        is not cropped, and of a map that is too large to be read back."""
         result, report = self.result, self.report
         outside = cautions_of_edits(result.tiled, self.edits.edits) if result.rendering.crop is None else []
         for sentence in [*outside, *cautions_of_size(result.tiled)]:
@@ -130,8 +130,8 @@ def finish_map(
     earlier: EarlierMap | None = None,
     told: Collection[str] = (),
 ) -> MapRun:
-    """Finish the map of a drive, with an ``earlier`` one that is carried on; figures and warnings go into the
-    report, but for those that were ``told`` already.
+    """Finish the map of a drive, possibly extending an ``earlier`` one; figures and warnings go into the
+    report, except for warnings already ``told``.
 
     Raises UserError when there is no map, and NotRecognizedError when the drive is not recognized on the
     earlier one.
@@ -151,11 +151,11 @@ def finish_map(
 
 
 def protect_edits(out: Path, edits: MapEdits, source: Path | None, report: Report) -> None:
-    """Let no edits be lost that a folder holds, nor land in another frame.
+    """Make sure that edits in a folder are neither lost nor drawn in another frame.
 
-    Those of a map of its own (without a ``source``) stay there and are not drawn, since it may lie in another
-    frame than the one that it replaces; the report warns of that. Raises UserError when edits that somebody
-    wrote there would be replaced by those of the source.
+    Edits of a new map (without a ``source``) stay there but are not drawn, since its frame may differ from
+    that of the map it replaces; the report warns of that. Raises UserError when edits written by hand would
+    be replaced by those of the source.
     """
     path = out / EDITS_FILE
     if not path.is_file():
@@ -185,7 +185,7 @@ def _described(result: MappingResult) -> dict[str, object]:
 
 
 def _residuals(result: MappingResult) -> dict[str, dict[str, float]]:
-    """By kind of constraint: how many there are and how far, on average, the solution is from them."""
+    """For each kind of constraint: how many there are, and the mean residual of the solution."""
     keyframes = result.map_from_keyframe
     by_kind: dict[str, list[np.ndarray]] = {}
     for constraint in result.constraints:

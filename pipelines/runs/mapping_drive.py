@@ -10,12 +10,12 @@ from racecar.pipelines.files.tum import load_tum
 
 
 def has_mapping_drive(map_path: Path) -> bool:
-    """Whether the poses of the drive that made a map lie beside it."""
+    """Whether the trajectory of the drive that made a map is beside it."""
     return _trajectory_file(map_path).is_file()
 
 
 def mapping_path(map_path: Path) -> Trajectory | None:
-    """Where the car was when it made a map, of whatever bag. Raises UserError when that cannot be read."""
+    """The trajectory of the drive that made a map, of any bag. Raises UserError when it cannot be read."""
     return load_tum(_trajectory_file(map_path)) if has_mapping_drive(map_path) else None
 
 
@@ -24,10 +24,10 @@ def _trajectory_file(map_path: Path) -> Path:
 
 
 def mapping_trajectory(map_path: Path, bag: Path) -> Trajectory | None:
-    """Where a bag's car was when it made a map; None for a map without a trajectory, or of another bag.
+    """The trajectory of the drive that made a map, if it was this bag's; None without one or for another bag.
 
-    The report beside the map names the bag, by its content; where it does not hold that, by its path. Stamps
-    are not asked: clocks that were never set, and simulated ones, count the same times on every drive.
+    The report beside the map identifies the bag by its content, or else by its path. Stamps are not compared:
+    clocks that were never set, and simulated clocks, repeat the same times on every drive.
     """
     inputs = read_report(find_map(map_path).parent).inputs
     if inputs.bag_fingerprint is None:

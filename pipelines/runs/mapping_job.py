@@ -1,5 +1,5 @@
-"""All that ``racecar map`` is asked to do with a bag, so that it can be done in another process, and compared
-with what was done before."""
+"""Everything requested from ``racecar map`` for a bag, so that another process can do it and compare it with
+earlier results."""
 
 import hashlib
 import json
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MappingJob:
-    """A bag, the folder for its map, and how the one becomes the other."""
+    """A bag, the folder for its map, and how to make the map."""
 
     bag: Path
     out: Path
@@ -36,14 +36,14 @@ class MappingJob:
     initial_pose: tuple[float, float, float] | None = None
     """Where the drive starts on that map: metres, metres, radians."""
     requested: tuple[str, ...] = ()
-    """Files that are written although not every run writes them."""
+    """Optional files to write."""
     record: bool = False
     """Whether the folder ``record`` is written."""
     seed: int = 0
 
     @property
     def place(self) -> OutputFolder:
-        """The folder, as a place that is written to."""
+        """The folder as an output place."""
         return OutputFolder(self.out, self._written, () if self.continued is None else (self.continued,))
 
     def _written(self) -> Collection[str]:
@@ -52,7 +52,7 @@ class MappingJob:
         return (*MAP_FILES, *self.requested, *(["record"] if self.record else []))
 
     def digest(self, bag_fingerprint: str) -> str:
-        """Which differs when a bag of this fingerprint would become another map."""
+        """Changes whenever a bag with this fingerprint would result in a different map."""
         decisive = {
             "bag": bag_fingerprint,
             "settings": self.config.mapping.model_dump(mode="json"),
@@ -70,7 +70,7 @@ def carry_out(job: MappingJob, context: "RunContext") -> "MapRun":
     report = context.report
     report.add("inputs", {"bag": job.bag, "config": job.config_file})
     with output_folder(job.out) as folder, job.reading.open(job.bag, job.config.sensors) as reader:
-        with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
+        with report.stage("loading"):  # after opening the bag, so that its faults are reported at once
             from racecar.pipelines.files.edits_file import MapEdits, edits_beside
             from racecar.pipelines.runs.map_run import protect_edits
             from racecar.pipelines.runs.mapping_run import build_map
@@ -94,7 +94,7 @@ def carry_out(job: MappingJob, context: "RunContext") -> "MapRun":
 
 
 def is_done(job: MappingJob) -> bool:
-    """Whether the folder holds all that the job would write: the whole map of this bag as it is now."""
+    """Whether the folder holds everything the job would write: the whole map of the current bag."""
     from racecar.pipelines.runs.map_outputs import outputs_with
 
     report = read_report(job.out)

@@ -1,4 +1,4 @@
-"""A bag becomes a map: ``racecar.map_bag`` of Python, and what the command ``racecar map`` does."""
+"""Map a bag: ``racecar.map_bag`` of Python, and the command ``racecar map``."""
 
 import gc
 from collections.abc import Iterator, Sequence
@@ -33,8 +33,8 @@ from racecar.sensors.measurement import Measurement
 from racecar.sensors.scan import Scan
 
 _FIRST_TURNS, _ROUNDS = 5000, 3
-"""Messages in which turns are looked for, about a minute of driving as a car may stand for long at first; and
-how often it begins again at most, since the lag that is learned hardly changes after the second time."""
+"""Messages searched for turns, about a minute of driving since a car may stand for long at first; and maximum
+restarts, since the learned lag hardly changes after the second one."""
 
 
 def map_bag(
@@ -48,13 +48,13 @@ def map_bag(
 ) -> MapRun:
     """Build a map of a bag, as ``racecar map`` does.
 
-    ``bag`` is a path, or a `BagReader` that was opened with the topics, the laser's pose or the part that is
-    meant. ``config`` is a YAML file of settings or what it would hold, such as
-    ``{"mapping": {"resolution": 0.1}}``. ``continued`` is the folder of an earlier map that is extended; its
-    ``initial_pose`` (3,), x and y in metres and yaw in radians, is where the drive starts, else all of that
-    map is searched. Without ``quiet`` a terminal shows the progress.
+    ``bag`` is a path, or a `BagReader` opened with the topics, the laser's pose or the part to use.
+    ``config`` is a YAML file of settings or its contents, such as ``{"mapping": {"resolution": 0.1}}``.
+    ``continued`` is the folder of an earlier map to extend. The drive starts on it at the ``initial_pose``
+    (3,), x and y in metres and yaw in radians; without one, the whole map is searched. Unless ``quiet``, a
+    terminal shows the progress.
 
-    Raises UserError, with what is wrong and what to do in one sentence.
+    Raises UserError, which states the fault and the remedy in one sentence.
     """
     context = RunContext(Report("racecar.map_bag"), quiet=quiet)
     settings, folder = load_config(config), None if continued is None else Path(continued)
@@ -73,17 +73,17 @@ def build_map(
     seed: int = 0,
     learns_sensors: bool = True,
 ) -> MapRun:
-    """Feed an open bag through the mapper; figures and warnings go into the report.
+    """Run the mapper on an open bag; figures and warnings go into the report.
 
-    The map in the folder ``continued`` is carried on, where the drive begins at the ``initial_pose`` (3,) or
-    anywhere. Where it ``learns_sensors``, the beginning of the bag is read for what it proves about them.
-    Who watches sees every scan of the reading, the first ones once more by another mapper where the run
-    begins anew. A second Ctrl-C raises KeyboardInterrupt. Raises UserError when the bag holds no usable scan,
-    and when the drive is not recognized on the earlier map.
+    The map in the folder ``continued`` is extended; the drive starts on it at the ``initial_pose`` (3,) or
+    anywhere. If ``learns_sensors``, the sensors are calibrated from the beginning of the bag. The context's
+    watcher sees every scan, and the first ones again from another mapper if the run restarts. A second Ctrl-C
+    raises KeyboardInterrupt. Raises UserError when the bag holds no usable scan, and when the drive is not
+    recognized on the earlier map.
     """
     report, mapping = context.report, config.mapping
     report.add("inputs", {"seed": seed, "settings": mapping.model_dump()})
-    edits = MapEdits() if continued is None else edits_beside(continued)  # whose mistakes are told at once
+    edits = MapEdits() if continued is None else edits_beside(continued)  # reports their mistakes at once
     earlier = _earlier_map(reader, config, report, continued, initial_pose, seed)
     if learns_sensors:
         with report.stage("self-calibration"):
@@ -91,7 +91,7 @@ def build_map(
     fixed_returns, scans = FixedReturns(), 0
     with stop_request(*context.stop_signals) as stop, stop.looked_for():
         mapper, taken = _compare_clocks(reader, mapping, context, stop)
-        gc.freeze()  # the libraries are loaded: a twentieth of the time goes into looking through them again
+        gc.freeze()  # the loaded libraries stay: scanning them again would take a twentieth of the time
         with context.progress("Reading", reader.message_count) as advance_to:
             for message in _mapped(reader, mapper, fixed_returns, context, stop, taken):
                 scans += isinstance(message, Scan)
@@ -130,7 +130,7 @@ def _earlier_map(
     initial_pose: Sequence[float] | None,
     seed: int,
 ) -> EarlierMap | None:
-    """The map that is carried on, if one is; it is told where that is of the same recording."""
+    """The map to extend, if there is one. Warns when it is of the same recording."""
     if continued is None:
         if initial_pose is not None:
             raise UserError(
@@ -148,7 +148,7 @@ def _earlier_map(
 
 
 def _remedy(*, is_start_given: bool) -> str:
-    """What would help a drive to be recognized on a map."""
+    """What would help to recognize a drive on a map."""
     if is_start_given:
         return (
             "see that --initial-pose is where it begins, in the frame of the earlier map, or leave it out to "
@@ -163,10 +163,10 @@ def _remedy(*, is_start_given: bool) -> str:
 def _compare_clocks(
     reader: BagReader, config: MappingConfig, context: RunContext, stop: StopRequest
 ) -> tuple[Mapper, int]:
-    """A mapper of the first messages, with the odometry's lag that the first turns show; how many it took.
+    """A mapper with the odometry's lag learned from the first turns; and the number of messages it processed.
 
-    The mapper learns it by itself, but has placed skewed scans until then, which lead to a little less than
-    all of it; so it begins again until it learns what it knew.
+    A mapper learns the lag by itself, but until then it has placed skewed scans, from which slightly less
+    than the full lag is learned. It therefore restarts until the lag it learns is the one it started with.
     """
     lag = 0
     for _ in range(_ROUNDS if reader.odom_topic else 0):
@@ -191,8 +191,8 @@ def _mapped(
     stop: StopRequest,
     taken: int = 0,
 ) -> Iterator[Measurement]:
-    """Read until that is to end, and hand the mapper all but the first messages, which it has ``taken``
-    already; yields each that was read."""
+    """Read until the end or a stop, and feed the mapper everything after the first messages, of which it has
+    ``taken`` some already; yields each measurement read."""
     messages, number = fixed_returns.filtered(_until(stop, reader, taken)), 0
     while True:
         with context.report.stage("reading"):
@@ -209,7 +209,7 @@ def _mapped(
 
 
 def _until(stop: StopRequest, reader: BagReader, least: int) -> Iterator[Measurement]:
-    """What is read until that is to end, at ``least`` so many messages."""
+    """Measurements until the end or a stop, but at ``least`` this many."""
     for number, message in enumerate(reader, start=1):
         yield message
         if stop.is_made and number >= least:

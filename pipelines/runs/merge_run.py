@@ -1,4 +1,4 @@
-"""Maps of several drives become one: what ``racecar merge`` does."""
+"""Merge maps of several drives into one: the command ``racecar merge``."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -29,8 +29,8 @@ def merge_runs(folders: Sequence[Path], config: Config, context: RunContext, see
     """The map of all sessions in folders, with the edits beside them, in the frame of the longest; figures
     and warnings go into the report.
 
-    What fits nowhere is left out, as is a drive that is in the map already, and the report warns of that.
-    Raises UserError when a session cannot be read, and when none was joined to the longest.
+    A session that fits nowhere or is already in the map is left out, with a warning in the report. Raises
+    UserError when a session cannot be read, and when none was joined to the longest.
     """
     report, mapping = context.report, config.mapping
     report.add("inputs", {"settings": mapping.model_dump()})
@@ -76,11 +76,11 @@ def merge_runs(folders: Sequence[Path], config: Config, context: RunContext, see
 def _merged(
     sessions: dict[Path, Session], config: Config, seed: int
 ) -> tuple[Session, dict[Path, Pose], dict[Path, str]]:
-    """One session of all that fit together; of each that was joined the frame (3,) that it had, seen from
-    that of all; why each of the others was not, in a sentence without a full stop.
+    """One session of all that fit together; for each joined session its old frame (3,) relative to the common
+    one; and for each of the others the reason, in a sentence without a full stop.
 
-    The longest comes first, so that their order does not matter, and what fits nowhere yet is tried again
-    after another one was joined.
+    The longest comes first, so that the order of the arguments does not matter. Sessions that do not fit are
+    retried after another one was joined.
     """
     longest, *others = sorted(sessions, key=lambda folder: _size(sessions[folder]), reverse=True)
     left_out, waiting = _without_repeated(longest, others)
@@ -107,7 +107,7 @@ def _merged(
 
 
 def _without_repeated(longest: Path, others: Sequence[Path]) -> tuple[dict[Path, str], list[Path]]:
-    """Why some of the ``others`` are left out, whose drive another map shows; and what remains."""
+    """Why some of the ``others`` are left out, because another map has the same drive; and the rest."""
     kept = {longest: read_report(longest).inputs}
     left_out: dict[Path, str] = {}
     for folder in others:
@@ -121,14 +121,14 @@ def _without_repeated(longest: Path, others: Sequence[Path]) -> tuple[dict[Path,
 
 
 def _size(session: Session) -> tuple[float, bytes]:
-    """Metres driven; then, among equals, what they lie like, so that the order is always the same."""
+    """Metres driven; ties are broken by their shape, so that the order is always the same."""
     path = session.loops.graph.path
     return (path[-1] if len(path) else 0.0), session.map_from_keyframe.tobytes()
 
 
 def _alongside(one: NDArray[np.int32], other: NDArray[np.int32]) -> NDArray[np.int32]:
-    """(K + L,) the drives (K,) and (L,) of two maps of which neither is known to be newer: their last drives
-    count as of the same time."""
+    """(K + L,) the drives (K,) and (L,) of two maps, neither of which is known to be newer: their last drives
+    count as simultaneous."""
     last = max(one.max(), other.max())
     return np.concatenate([one + last - one.max(), other + last - other.max()])
 

@@ -1,4 +1,4 @@
-"""Work in other processes: a fresh one, whose memory and state are its own, or a copy of this one."""
+"""Run work in other processes: a fresh one with its own memory and state, or a forked copy of this one."""
 
 import logging
 import os
@@ -15,35 +15,35 @@ from typing import Any, Generic, TypeVar
 _T = TypeVar("_T")
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""The variables by which libraries are told how many threads to use, before they are loaded."""
+"""The variables that set a library's number of threads before it is loaded."""
 _LEAST_URGENT = 19
 """The lowest priority of a process, by definition of nice(2)."""
 _environment = Lock()
 
 
 class ProcessDiedError(RuntimeError):
-    """A process ended without a result, as when it was killed."""
+    """A process ended without a result, for example because it was killed."""
 
     def __init__(self, exit_code: int) -> None:
-        """``exit_code`` is negative for the number of a signal."""
+        """A negative ``exit_code`` is minus the number of a signal."""
         super().__init__(f"the process of a run ended with code {exit_code}")
         self.exit_code = exit_code
 
 
 class FreshProcess(Generic[_T]):
-    """A picklable function that is called in a new interpreter, while this one goes on.
+    """Calls a picklable function in a new interpreter, in parallel with this one.
 
-    The process never hears Ctrl-C, which a terminal sends to it, too; it does not outlive this process, even
-    when that is killed.
+    The process ignores Ctrl-C, which a terminal sends to it too. It does not outlive this process, even when
+    that is killed.
     """
 
     def __init__(self, work: Callable[[], _T], *, threads: int | None = None, is_urgent: bool = True) -> None:
-        """It uses ``threads``; None: as many as its libraries like. What is not urgent takes only the time
-        that nobody else wants."""
+        """Start the process with this many ``threads``; None leaves it to its libraries. A process that is
+        not urgent uses only idle processor time."""
         context = get_context("spawn")
         self._receiver, sender = context.Pipe(duplex=False)
         self._process = context.Process(target=_deliver, args=(work, sender, is_urgent), daemon=True)
-        if current_process().daemon:  # as a dask worker is, lest its children outlive it, which ours do not
+        if current_process().daemon:  # dask workers may have no children that could outlive them; ours cannot
             current_process().daemon = False
         with _deaf_to_interrupts(), _limited(threads):
             self._process.start()
@@ -51,17 +51,17 @@ class FreshProcess(Generic[_T]):
 
     @property
     def is_over(self) -> bool:
-        """Whether `result` need not wait."""
+        """Whether `result` returns without waiting."""
         return self._receiver.poll()
 
     def ask_to_stop(self) -> None:
-        """Send SIGTERM, which ends it unless it does something else then."""
+        """Send SIGTERM, which ends the process unless it handles the signal."""
         self._process.terminate()
 
     def result(self) -> _T:
-        """Wait for what the function returns; what it raises is raised here. To be called once.
+        """Wait for the function and return its value, or raise its exception. Call this only once.
 
-        Ctrl-C meanwhile ends the process. Raises ProcessDiedError when it dies without a word.
+        Ctrl-C meanwhile kills the process. Raises ProcessDiedError when it dies without a result.
         """
         try:
             value, error, trace = self._receiver.recv()
@@ -80,7 +80,7 @@ class FreshProcess(Generic[_T]):
         return result
 
     def kill(self) -> None:
-        """End it at once; it has no result."""
+        """Kill the process at once; there is no result."""
         self._process.kill()
         self._process.join()
         self._receiver.close()
@@ -92,16 +92,16 @@ def in_fresh_process(work: Callable[[], _T], *, threads: int | None = None, is_u
 
 
 def start_beside(work: Callable[[], None]) -> None:
-    """Call a function in a copy of this process, and do not wait: what it does is left on disk.
+    """Call a function in a forked copy of this process without waiting; its results stay on disk.
 
-    Call this before threads are started. The copy does not outlive this process, and never hears Ctrl-C.
+    Call this before threads are started. The copy does not outlive this process, and ignores Ctrl-C.
     """
     with _deaf_to_interrupts():
         get_context("fork").Process(target=work, daemon=True).start()
 
 
 def leave_terminal_alone() -> None:
-    """Let nothing of this process be printed but errors: what a user should know is in the report."""
+    """Print only errors from this process; the report has everything else that a user should know."""
     logging.getLogger("racecar").setLevel(logging.ERROR)
     warnings.simplefilter("ignore")
 
@@ -125,7 +125,7 @@ def _end_with_parent() -> None:
 
 @contextmanager
 def _limited(threads: int | None) -> Iterator[None]:
-    """Processes started meanwhile use so many threads."""
+    """Limit processes started during the block to this many threads."""
     if threads is None:
         yield
         return
@@ -144,7 +144,7 @@ def _limited(threads: int | None) -> Iterator[None]:
 
 @contextmanager
 def _deaf_to_interrupts() -> Iterator[None]:
-    """A process started meanwhile never hears Ctrl-C, which a terminal sends to it too: we end it."""
+    """Processes started during the block ignore Ctrl-C, which terminals send to them too: we end them."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -1,7 +1,7 @@
-"""Where a run may write: never over what it reads, never over or into a recording, and over a file that it
-did not write only where that is wanted (``force``).
+"""Where a run may write: never over its inputs, never over or into a recording, and over a file that it did
+not write only with ``force``.
 
-What was written here says so itself (`author_of`, `is_our_recording`), so that a command can be repeated.
+Our files are marked as ours (`author_of`, `is_our_recording`), so that a command can be repeated.
 """
 
 import errno
@@ -31,11 +31,11 @@ from racecar.pipelines.files.run_report import REPORT_FILE
 
 _COMMAND = re.compile(rb'\{\s*"command": "(racecar[^"]*)"')
 _FIRST_BYTES = 200
-"""Of a JSON file; the longest name of a command takes fewer."""
+"""Read from a JSON file; the longest name of a command takes fewer."""
 
 
 class ForeignFileError(UserError):
-    """Somebody else's file would be replaced, which ``force`` permits."""
+    """A file that is not ours would be replaced, which ``force`` permits."""
 
 
 class OutputPlace(Protocol):
@@ -43,10 +43,10 @@ class OutputPlace(Protocol):
 
     @property
     def path(self) -> Path:
-        """As the user named it."""
+        """The path as the user gave it."""
 
     def holds(self, path: Path) -> bool:
-        """Whether what lies at a path is replaced when the run writes here."""
+        """Whether writing here replaces what is at a path."""
 
     def check(self, inputs: Sequence[Path], *, force: bool) -> None:
         """Raises UserError when something would be lost, or nothing can be written there."""
@@ -58,12 +58,12 @@ class OutputFile:
 
     path: Path
     author: str
-    """The command that writes it, and may replace what it wrote before."""
+    """The command that writes the file, and may replace its own earlier output."""
     suffix: str = ""
-    """That its name must have."""
+    """Required suffix of the name."""
 
     def holds(self, path: Path) -> bool:
-        """Whether it is this file, or would lie below it."""
+        """Whether the path is this file, or would be below it."""
         return _is_within(path, self.path)
 
     def check(self, inputs: Sequence[Path], *, force: bool) -> None:
@@ -89,16 +89,16 @@ class OutputFile:
 
 @dataclass(frozen=True)
 class OutputFolder:
-    """A folder for results, whose other files are kept."""
+    """A folder for results; other files in it are kept."""
 
     path: Path
     names: Callable[[], Collection[str]]
-    """Of the files and folders that are written into it."""
+    """Names of the files and folders written into it."""
     remade: tuple[Path, ...] = ()
-    """Folders that are read and may be replaced by what becomes of them."""
+    """Input folders that may be replaced by the results made from them."""
 
     def holds(self, path: Path) -> bool:
-        """Whether it is this folder, lies above it, or is one of the results."""
+        """Whether the path is this folder, one of its parents, or one of the results."""
         return _is_same(path, self.path) or (
             _is_within(path, self.path) and any(_is_within(path, self.path / name) for name in self.names())
         )
@@ -117,14 +117,14 @@ class OutputFolder:
 
 @dataclass(frozen=True)
 class OutputBag:
-    """A bag, and files beside it that go with it."""
+    """A bag and the files beside it that belong to it."""
 
     path: Path
     author: str
     beside: tuple[Path, ...] = ()
 
     def holds(self, path: Path) -> bool:
-        """Whether it is the bag or lies in it, or is one of the files beside."""
+        """Whether the path is the bag, is inside it, or is one of the files beside it."""
         return any(_is_within(path, each) for each in (self.path, *self.beside))
 
     def check(self, inputs: Sequence[Path], *, force: bool) -> None:
@@ -147,8 +147,8 @@ class OutputBag:
 
 
 def check_places(places: Sequence[OutputPlace], read: Sequence[Path], *, force: bool) -> None:
-    """Raises UserError, in a sentence, when a run that writes to some places, and reads some paths, would
-    lose anything, or could write nothing."""
+    """Raises UserError, in one sentence, when a run with these outputs and input paths would lose something
+    or could not write."""
     for path in (*read, *(place.path for place in places)):
         finish_replacing(path)
     inputs = list(_meant_by(read))
@@ -161,12 +161,12 @@ def check_places(places: Sequence[OutputPlace], read: Sequence[Path], *, force: 
                     f"{other.path} would be written twice, as {one.path} is written to as well: name another "
                     "place for one of them."
                 )
-    except OSError as error:  # such as of a name that is too long
+    except OSError as error:  # for example a name that is too long
         raise cannot_write(Path(error.filename or places[0].path), error) from error
 
 
 def _refuse_foreign_results(folder: Path, names: Callable[[], Collection[str]], *, force: bool) -> None:
-    """Raises UserError when a folder holds files of some names, and none of them is of ours."""
+    """Raises UserError when a folder holds files of these names, none of them ours."""
     if not folder.is_dir() or not any(folder.iterdir()):
         return
     there = [folder / name for name in sorted(names()) if (folder / name).exists()]
@@ -179,12 +179,12 @@ def _refuse_foreign_results(folder: Path, names: Callable[[], Collection[str]], 
 
 
 def _meant_by(read: Sequence[Path]) -> Iterator[Path]:
-    """What is read when some paths are named, as far as it is there."""
+    """The existing files and folders that are read when these paths are given."""
     for named in read:
         bag, colon, _ = str(named).rpartition(":")  # and a topic
         path = Path(bag) if colon and not _is_there(named) else named
         if not _is_there(path):
-            continue  # a shipped map, or a mistake that is told of where it is read
+            continue  # a shipped map, or a mistake that is reported when it is read
         yield path
         folder = path.parent if path.name == "map.yaml" else path
         if folder.is_dir():
@@ -233,7 +233,7 @@ def _refuse_recording(path: Path, inputs: Sequence[Path]) -> None:
 
 
 def _recording_at(path: Path) -> Path | None:
-    """The recording that a path leads to or into, if it does."""
+    """The recording that a path leads to or into, or None."""
     real = Path(realpath(path))
     if is_bag_file(real):
         return path
@@ -250,12 +250,12 @@ def _is_read(path: Path) -> UserError:
 def _is_there(path: Path) -> bool:
     try:
         return path.exists()
-    except OSError:  # such as of a name that is too long
+    except OSError:  # for example a name that is too long
         return False
 
 
 def _is_within(path: Path, folder: Path) -> bool:
-    """Whether a path is a file or folder, or lies in it, by whatever links and names."""
+    """Whether a path is a file or folder, or is inside it, through whatever links and names."""
     real = Path(realpath(path))
     return any(_is_same(each, folder) for each in (real, *real.parents))
 
@@ -263,12 +263,12 @@ def _is_within(path: Path, folder: Path) -> bool:
 def _is_same(one: Path, other: Path) -> bool:
     try:
         return one.samefile(other)
-    except OSError:  # what is not there yet
+    except OSError:  # does not exist yet
         return realpath(one) == realpath(other)
 
 
 def author_of(path: Path) -> str | None:
-    """Such as "racecar map"; None where another program wrote the file, or none, or it cannot be read."""
+    """A command such as "racecar map"; None if another program wrote the file, or it cannot be read."""
     with suppress(OSError), path.open("rb") as file:
         found = _COMMAND.match(file.read(_FIRST_BYTES))
         return _author_of_picture(path) if found is None else found[1].decode(errors="replace")

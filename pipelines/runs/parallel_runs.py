@@ -1,4 +1,4 @@
-"""Many runs that do not depend on each other, on all cores or on a cluster."""
+"""Run many independent jobs, on all cores or on a cluster."""
 
 import logging
 import multiprocessing
@@ -17,32 +17,32 @@ _Result = TypeVar("_Result")
 
 @dataclass(frozen=True)
 class ParallelRuns:
-    """Does runs in parallel through joblib, on this machine's cores or on a dask cluster.
+    """Executes runs in parallel through joblib, on this machine's cores or on a dask cluster.
 
-    A run draws its random numbers from a seed of its own, so the results do not depend on where it was done.
+    Each run has its own random seed, so the results do not depend on where it is executed.
     """
 
     scheduler: str | None = None
-    """Address of a dask scheduler, such as tcp://192.168.0.5:8786; None: the cores of this machine."""
+    """Address of a dask scheduler, such as tcp://192.168.0.5:8786; None uses the cores of this machine."""
     quiet: bool = False
     jobs: int | None = None
-    """Runs at once on this machine, and never more than it has cores; None: as many as it has cores."""
+    """Maximum simultaneous runs on this machine, limited by its number of cores; None uses all cores."""
 
     @property
     def workers(self) -> int:
-        """How many runs this machine does at once."""
+        """Number of simultaneous runs on this machine."""
         cores: int = joblib.cpu_count()
         return cores if self.jobs is None else min(self.jobs, cores)
 
     @property
     def here(self) -> "ParallelRuns":
-        """The same one after the other in this process, as measuring time asks for."""
+        """The same, but one after the other in this process, as required for measuring time."""
         return ParallelRuns(quiet=self.quiet, jobs=1)
 
     def threads_of_each(self, runs: int) -> int:
-        """How many threads each of so many runs may use, for all of them to have a core."""
+        """Number of threads for each of this many runs, so that every run has a core."""
         if self.scheduler is not None:
-            return 1  # a cluster's workers have a core for each run that they do at once
+            return 1  # a cluster's workers have a core for each simultaneous run
         cores: int = joblib.cpu_count()
         return max(1, cores // max(min(self.workers, runs), 1))
 
@@ -64,11 +64,11 @@ class ParallelRuns:
         *,
         starts_process: bool = False,
     ) -> Generator[tuple[int, _Result], None, None]:
-        """Yield i and ``work(*arguments[i])``, each as soon as it is there, with progress shown.
+        """Yield i and ``work(*arguments[i])`` as soon as each is finished, with progress shown.
 
-        Work that ``starts_process`` only waits for a process of its own, which a thread can do; these
-        processes are killed when the iteration is broken off. Raises UserError when the cluster cannot be
-        reached, or is lost.
+        Work that ``starts_process`` only waits for its own process, so it runs in a thread; these processes
+        are killed when the iteration is abandoned. Raises UserError when the cluster cannot be reached, or is
+        lost.
         """
         calls = (joblib.delayed(_numbered)(number, work, each) for number, each in enumerate(arguments))
         with ExitStack() as stack:
@@ -113,7 +113,7 @@ def _on_cluster(scheduler: str) -> Iterator[None]:
         raise UserError(
             "--scheduler needs dask; install it with: pip install 'racecar-slam[dask]'."
         ) from error
-    for name in ("distributed", "distributed.client"):  # they log tracebacks of what we explain
+    for name in ("distributed", "distributed.client"):  # they log tracebacks of errors that we explain
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = Client(scheduler, timeout="5s")  # type: ignore[no-untyped-call]

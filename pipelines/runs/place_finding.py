@@ -1,4 +1,4 @@
-"""Where on an earlier map a drive lies: the localizer seeks it there, keyframe by keyframe."""
+"""Locate a drive on an earlier map: the localizer searches for it, keyframe by keyframe."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,16 +21,16 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
 _METRES_PER_SECOND, _RADIANS_PER_SECOND, _LEAST_SECONDS = 1.0, 1.0, 0.1
-"""At which the keyframes are driven anew, because a session holds no times: walking pace, by judgement."""
+"""Assumed between keyframes, as a session stores no times. Chosen by judgement: walking pace."""
 _BEYOND = 0.1
-"""Metres beyond its farthest return that a laser is taken to reach, by judgement, because a session does not
-hold its limit."""
+"""Metres that a laser is assumed to reach beyond its farthest return, because a session does not store its
+limit. Chosen by judgement."""
 _FIRST_STAMP = 1_000_000_000
-"""Nanoseconds, since a stamp of nought counts as none."""
+"""Nanoseconds; not zero, because a stamp of zero counts as missing."""
 
 
 def found_on(session: Session, config: Config, seed: int = 0, start: Pose | None = None) -> EarlierMap:
-    """The map of a session, on which the localizer finds a drive; it begins at the ``start`` (3,), or
+    """The map of a session with a search for later drives on it; they begin at the ``start`` (3,), or
     anywhere."""
     search = LocalizerSearch(session, config.mapping, config.localization, seed, start)
     return EarlierMap(session, search, is_start_given=start is not None)
@@ -38,21 +38,20 @@ def found_on(session: Session, config: Config, seed: int = 0, start: Pose | None
 
 @dataclass(frozen=True, eq=False)
 class LocalizerSearch:
-    """Finds a drive on the map of an earlier session."""
+    """Locates a drive on the map of an earlier session."""
 
     earlier: Session
     mapping: MappingConfig
     localization: LocalizationConfig
     seed: int
     initial_pose: Pose | None
-    """(3,) on the earlier map, where the drive begins; it is sought all over the map where that is not
-    known."""
+    """(3,) start of the drive on the earlier map; None searches the whole map."""
 
     def __call__(self, later: Session) -> Iterator[Pose | None]:
-        """Where (3,) on the earlier map each keyframe's laser lies, in turn; None where that is not known,
-        and from where on a place that was given is lost.
+        """Yield the laser pose (3,) of each keyframe on the earlier map, or None where it is unknown; ends
+        when the car is lost after a given start.
 
-        Raises UserError when the map has nothing to be found on, or the given pose does not lie on it.
+        Raises UserError when the map has nothing to localize on, or the given pose is not on it.
         """
         localizer = Localizer(self._grid(), self.localization, np.random.default_rng(self.seed))
         if self.initial_pose is not None:
@@ -76,7 +75,7 @@ class LocalizerSearch:
             yield compose(estimate.map_from_base, inverse(laser_from_base)) if is_known else None
 
     def _grid(self) -> OccupancyGrid:
-        """All that the earlier drives saw, whatever part of it somebody wants drawn."""
+        """Everything that the earlier drives saw, whatever part is configured to be drawn."""
         session, config = self.earlier, self.mapping
         rendering = config.rendering.model_copy(update={"crop": None, "left_out": ()})
         return draw_map(
@@ -86,7 +85,7 @@ class LocalizerSearch:
 
 
 def _stamps(base: Pose) -> NDArray[np.int64]:
-    """(K,) nanoseconds at which a car that drives steadily comes to poses (K, 3)."""
+    """(K,) nanoseconds at which a car at constant speed reaches poses (K, 3)."""
     steps = between(base[:-1], base[1:])
     metres, turn = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
     seconds = np.maximum(np.maximum(metres / _METRES_PER_SECOND, turn / _RADIANS_PER_SECOND), _LEAST_SECONDS)
@@ -94,13 +93,13 @@ def _stamps(base: Pose) -> NDArray[np.int64]:
 
 
 def _reach(rays: list[Rays]) -> float:
-    """Metres that the laser sees far, by its farthest return."""
+    """Range of the laser in metres, estimated from its farthest return."""
     farthest = [np.hypot(*each.ends[: each.returns].T).max() for each in rays if each.returns]
     return max(farthest, default=0.0) + _BEYOND
 
 
 def _scan(rays: Rays, stamp: int, base_from_laser: Pose, reach: float) -> Scan:
-    """The scan whose rays are kept, one beam in each direction."""
+    """A scan from stored rays, with one beam per direction."""
     ends = rays.ends.astype(np.float64)
     bearings, ranges = np.arctan2(ends[:, 1], ends[:, 0]), np.hypot(ends[:, 0], ends[:, 1])
     ranges[rays.returns :] = np.inf

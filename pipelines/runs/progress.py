@@ -1,4 +1,4 @@
-"""How far long work is: a bar on a terminal, never with ``--quiet``, and whoever else wants to know."""
+"""Progress of long work: a bar on a terminal, except with ``--quiet``, and any other listener."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -7,11 +7,11 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 Listener = Callable[[str, float], None]
-"""Takes what is done, and the share of it that is done, 0 to 1."""
+"""Receives a description of the work and its completed share, 0 to 1."""
 
 
 def nobody_listens(_description: str, _share: float) -> None:
-    """Of work of which only a terminal shows how far it is."""
+    """Listener for work whose progress only a terminal shows."""
 
 
 @contextmanager

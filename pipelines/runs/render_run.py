@@ -1,4 +1,4 @@
-"""A map drawn again from its session: what ``racecar render`` does, and all that work on the map of a run."""
+"""Render a map again from its session: the command ``racecar render``, and other work on the map of a run."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -32,17 +32,17 @@ _CARRIED_OVER: dict[str, bool | set[str]] = {
     "result": True,
     "quality": {"verdict", "error_per_10_m", "error_of_whole_m"},
 }
-"""What of a mapping run's report holds of the same map rendered again, because it says what it was made of
-and what it is worth; but for sentences that name places in the frame it had."""
+"""Parts of a mapping run's report that remain true when its map is rendered again: its inputs and its
+quality, but not sentences that name places in its old frame."""
 
 
 def render_run(
     source: Path, config: MappingConfig, context: RunContext, edits_file: Path | None = None
 ) -> MapRun:
-    """The map that a run left in the folder ``source``, drawn again from its session, with the edits beside
-    it, or those of another file, in its frame; figures and warnings go into the report.
+    """Render the map of a run in the folder ``source`` again from its session, in its frame, with the edits
+    beside it or from another file; figures and warnings go into the report.
 
-    Raises UserError when there is nothing to be read, and when settings leave nothing to be drawn.
+    Raises UserError when there is nothing to read, or when the settings leave nothing to draw.
     """
     report = context.report
     edits = edits_beside(source) if edits_file is None else load_edits(edits_file)
@@ -88,8 +88,8 @@ def render_run(
 
 
 def _times(folder: Path, session: Session, report: Report) -> tuple[Trajectory, NDArray[np.float64]]:
-    """The trajectory in a folder, if it is of the session there, and the times (K,) of the keyframes in
-    seconds since it began, NaN where they are not known."""
+    """The trajectory in a folder, if it belongs to the session there, and the times (K,) of the keyframes in
+    seconds since its start, NaN where they are unknown."""
     unknown = Trajectory(np.zeros(0, dtype=np.int64), np.zeros((0, 3))), np.full(len(session.rays), np.nan)
     path = folder / "trajectory.tum"
     if not path.is_file():
@@ -107,7 +107,7 @@ def _times(folder: Path, session: Session, report: Report) -> tuple[Trajectory, 
 
 
 def _known_quality(told: Quality, source: str) -> MapQuality | None:
-    """What the report of the run says of its map, but for places in the frame that it had."""
+    """The quality from the run's report, without places in its old frame."""
     if told.error_per_10_m is None or told.error_of_whole_m is None:
         return None
     try:

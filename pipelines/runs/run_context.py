@@ -15,27 +15,27 @@ if TYPE_CHECKING:
     from racecar.mapping.mapper import Mapper
 
 Watch: TypeAlias = "Callable[[Mapper, Scan, Pose], None]"
-"""Called after each scan with the mapper, the scan, and the car's pose (3,) in the map as known then."""
+"""Called after each scan with the mapper, the scan, and the car's current pose (3,) in the map."""
 
 
 def _nobody_watches(_mapper: "Mapper", _scan: Scan, _map_from_base: Pose) -> None:
-    """Of a run that is not looked at."""
+    """Watcher of a run that nobody watches."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunContext:
-    """Where figures and warnings go, who is told how far it is, who watches, and what ends the reading."""
+    """The report for figures and warnings, the listeners for progress, the watcher, and the stop signals."""
 
     report: Report = field(default_factory=lambda: Report("racecar"))
     quiet: bool = True
-    """Whether no terminal shows the progress."""
+    """Whether the terminal shows no progress."""
     listen: Listener = nobody_listens
-    """Hears of all progress, quiet or not."""
+    """Receives all progress, quiet or not."""
     announce: Callable[[str], None] = lambda sentence: None
-    """Takes a sentence about what begins now."""
+    """Receives a sentence about the next step."""
     watch: Watch = _nobody_watches
     stop_signals: Collection[signal.Signals] = ()
-    """The first of them ends the reading of a bag that is mapped, and what was read becomes the map."""
+    """The first of these signals ends the reading of a bag; the map is made of what was read by then."""
 
     def progress(
         self, description: str, total: float = 1.0

@@ -11,9 +11,9 @@ from racecar.maps.whole_files import cannot_write
 
 @contextmanager
 def run_lock(out: Path) -> Iterator[None]:
-    """Wait until no other process that asks for it holds the lock of an output folder, and hold it.
+    """Wait for the lock of an output folder, and hold it during the block.
 
-    It is a file beside the folder, removed at the end; the system takes the lock from a process that dies.
+    The lock is a file beside the folder, removed at the end; the system releases it when a process dies.
     Raises UserError when the folder cannot be written to.
     """
     path = out.parent / f".{out.name}.lock"
@@ -36,4 +36,4 @@ def _locked(path: Path) -> int:
             fcntl.flock(lock, fcntl.LOCK_EX)
         if path.exists() and os.path.samestat(os.fstat(lock), path.stat()):
             return lock
-        os.close(lock)  # of a file that the one who held the lock before has removed
+        os.close(lock)  # this file was removed by the previous holder of the lock

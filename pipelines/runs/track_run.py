@@ -1,4 +1,4 @@
-"""The race track on the map of a run: what ``racecar track`` does."""
+"""The race track on the map of a run: the command ``racecar track``."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,27 +18,27 @@ from racecar.pipelines.runs.render_run import render_run
 from racecar.pipelines.runs.run_context import RunContext
 
 CELL = 0.02
-"""Metres of the cells on which a track is measured, whatever those of the map are, because a lane that coarse
-cells show is narrower or wider by as much."""
+"""Cell size in metres for measuring a track, whatever the map's, because coarse cells change the width of a
+lane by their own size."""
 _NARROW = 0.3
-"""Metres between both edges from which a track is worth a warning, since a small car is as wide."""
+"""Metres between both edges below which a track causes a warning, since a small car is as wide."""
 HEADER = "# x_m,y_m,w_tr_right_m,w_tr_left_m"
-"""The columns, by definition of TUMFTM's global_racetrajectory_optimization, which takes the last point to be
-followed by the first one."""
+"""Columns defined by TUMFTM's global_racetrajectory_optimization, in which the first point follows the last
+one."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredTrack:
-    """A track, on the grid on which it was measured."""
+    """A track, and the grid on which it was measured."""
 
     grid: OccupancyGrid
     line: CentreLine
 
 
 def find_track(folder: Path, context: RunContext, *, spacing: float, smoothing: float) -> MeasuredTrack:
-    """The track on which the car of a mapping run drove; see `centre_line`. Warnings go into the report.
+    """The track that the car of a mapping run drove; see `centre_line`. Warnings go into the report.
 
-    Raises UserError when there is no closed lap, or nothing that bounds it.
+    Raises UserError when there is no closed lap, or no boundary.
     """
     report = context.report
     run = render_run(folder, MappingConfig(resolution=CELL), context)
@@ -93,7 +93,7 @@ def save_track(track: MeasuredTrack, report: Report, folder: Path, title: str) -
 
 
 def save_track_csv(line: CentreLine, path: Path) -> None:
-    """Write a line per point of the centre line. Raises UserError when the place cannot be written to."""
+    """Write one line per point of the centre line. Raises UserError when the file cannot be written."""
     rows = np.column_stack([line.points, line.right, line.left])
     text = "".join(",".join(f"{value:.4f}" for value in row) + "\n" for row in rows)
     with write_atomically(path) as partial:

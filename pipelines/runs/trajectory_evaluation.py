@@ -1,5 +1,4 @@
-"""Trajectories that a user names, measured against a reference: what ``racecar evaluate`` tabulates and
-plots."""
+"""Compare trajectories with a reference: the tables and plots of ``racecar evaluate``."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -17,13 +16,13 @@ from racecar.pipelines.runs.evaluation.evaluation import TrajectoryErrors, compa
 
 _BAG_SUFFIXES = (".bag", ".db3", ".mcap")
 _ENOUGH = 0.9
-"""Share of the poses that the reference should cover, since a drive that ends early, or a tracker that loses
-sight of the car in the corners, would look better than it is."""
+"""Minimum share of the poses that the reference should cover. A drive that ends early, or a tracker that
+loses the car in the corners, would otherwise look better than it is."""
 
 
 @dataclass(frozen=True, eq=False)
 class NamedTrajectory:
-    """A trajectory, and where it was read."""
+    """A trajectory and its source."""
 
     name: Path
     """As the user gave it."""
@@ -43,7 +42,7 @@ class Evaluated:
 
     @property
     def path(self) -> Path:
-        """The trajectory, as the user named it."""
+        """The trajectory's path, as the user gave it."""
         return self.estimated.name
 
     @property
@@ -60,7 +59,7 @@ class Evaluated:
 
 
 def load_trajectory(name: Path) -> NamedTrajectory:
-    """Read ``FILE.tum``, ``FILE.csv`` or ``BAG:/topic``. Raises UserError that says what is wrong with it."""
+    """Read ``FILE.tum``, ``FILE.csv`` or ``BAG:/topic``. Raises UserError that explains a fault."""
     bag, colon, topic = str(name).rpartition(":")
     if colon and not name.exists():
         trajectory, findings = load_pose_topic(Path(bag), topic)
@@ -80,7 +79,7 @@ def load_trajectory(name: Path) -> NamedTrajectory:
 
 
 def evaluate_all(names: Sequence[Path], reference: NamedTrajectory) -> list[Evaluated]:
-    """Errors of each trajectory. Raises UserError that says which is at fault."""
+    """Errors of each trajectory. Raises UserError that names the faulty one."""
     estimated, evaluated = [load_trajectory(name) for name in names], []
     for each in estimated:
         try:
@@ -93,7 +92,7 @@ def evaluate_all(names: Sequence[Path], reference: NamedTrajectory) -> list[Eval
 def plot_errors(evaluated: Sequence[Evaluated], map_path: Path | None, picture: Path) -> None:
     """Draw errors along the paths, on one map or on the maps beside the trajectories, and over time.
 
-    Raises UserError when a map that is given cannot be read, or the picture cannot be written.
+    Raises UserError when a given map cannot be read, or the picture cannot be written.
     """
     from racecar.pipelines.files.pictures.error_picture import (
         ERROR_DOTS_PER_INCH,
@@ -118,7 +117,7 @@ def plot_errors(evaluated: Sequence[Evaluated], map_path: Path | None, picture: 
 
 
 def _map_of(trajectory: Path) -> OccupancyGrid | None:
-    """The map that a run left beside its trajectory or bag, or names in its report."""
+    """The map beside a trajectory or bag, or the one named in its report."""
     try:
         return load_map(trajectory.parent / "map.yaml")
     except UserError:

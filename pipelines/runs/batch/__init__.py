@@ -1,1 +1,1 @@
-"""Many bags mapped at once, and the page that shows what became of each."""
+"""Map many bags at once, and show the results on one page."""

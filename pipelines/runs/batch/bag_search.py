@@ -1,4 +1,4 @@
-"""The bags of a batch: those that a list names, or that lie in a folder."""
+"""Find the bags of a batch: those named in a list, or those in a folder."""
 
 import os
 from collections.abc import Iterator
@@ -16,16 +16,16 @@ from racecar.pipelines.files.run_report import REPORT_FILE
 from racecar.pipelines.files.typed_path import typed_path
 
 _MOST_BYTES = 10_000_000
-"""Of a list; a hundred thousand long paths take less, and a bag named by mistake is not read to its end."""
+"""Maximum of a list: 100 000 long paths take less, and a bag given by mistake is not read whole."""
 
 
 def find_bags(source: Path, out: Path) -> list[Path]:
     """The bags, as absolute paths, each once.
 
-    A folder is searched with all that is in it, but for ``out``, whose recordings of runs are no drives. A
-    list holds a path per line, of a bag or of a folder to search; blank lines and those that start with a #
-    do not count. Paths that are not absolute start at the list's folder, or else at the current one. Raises
-    UserError when there are none, or the list cannot be read.
+    A folder is searched recursively except for ``out``, whose bags are recordings of runs. A list holds one
+    path per line, of a bag or of a folder to search; blank lines and lines that start with # are skipped.
+    Relative paths start at the list's folder, or else at the current one. Raises UserError when there are no
+    bags, or when the list cannot be read.
     """
     if source.is_dir():
         found = list(_search(source, _Visited(out)))
@@ -44,13 +44,13 @@ def find_bags(source: Path, out: Path) -> list[Path]:
 
 
 def bag_stem(bag: Path) -> str:
-    """The name of a bag without its ending."""
+    """The name of a bag without its suffix."""
     name = unpacked_name(bag)
     return next((name.removesuffix(suffix) for suffix in BAG_SUFFIXES if name.endswith(suffix)), name) or name
 
 
 class _Visited:
-    """Folders that are not searched again, since links lead to them, or that are not searched at all."""
+    """Folders that are not searched: already visited through a link, or excluded."""
 
     def __init__(self, out: Path) -> None:
         self._folders = {os.path.realpath(out)}
@@ -75,13 +75,13 @@ def _listed(source: Path, out: Path) -> Iterator[Path]:
         path = named if named.exists() and not beside.exists() else beside
         if path.is_dir() and not is_bag_folder(path):
             found = list(_search(path, visited))
-            yield from found or [path]  # whose row says that no bag is in it
+            yield from found or [path]  # its row will report that there is no bag
         else:
             yield path
 
 
 def _search(folder: Path, visited: _Visited) -> Iterator[Path]:
-    """What is in a folder, in the order of names. Raises UserError when it cannot be read."""
+    """Contents of a folder, sorted by name. Raises UserError when it cannot be read."""
     if not visited.is_new(folder):
         return
     if is_bag_folder(folder):

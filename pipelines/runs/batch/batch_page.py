@@ -1,4 +1,4 @@
-"""A batch on one page that needs no other file: a row for each bag, with a small picture of its map."""
+"""A batch as one self-contained page: a row for each bag, with a thumbnail of its map."""
 
 from base64 import b64encode
 from collections import Counter
@@ -38,20 +38,20 @@ _NUMBERS = (
     *("residual<br>(mm)", "loops", "took<br>(s)"),
 )
 _MOST_PIXELS = (440, 300)
-"""Twice as many as are shown, for screens of fine pixels; some 15 kB as JPEG."""
+"""Twice the displayed size, for high-resolution screens; about 15 kB as JPEG."""
 
 
 @dataclass(frozen=True)
 class Thumbnail:
-    """A picture, and what it is a small one of."""
+    """A thumbnail and the file it shows."""
 
     shows: str
-    """The name of a file in the run's folder."""
+    """Name of a file in the run's folder."""
     jpeg: bytes
 
 
 def map_thumbnail(folder: Path) -> Thumbnail | None:
-    """Of map.png, or of the map itself where no picture was drawn; None where there is none."""
+    """Thumbnail of map.png, or of the map itself if there is no picture; None if there is neither."""
     for name in ("map.png", "map.pgm"):
         try:
             with Image.open(folder / name) as image:
@@ -66,8 +66,8 @@ def map_thumbnail(folder: Path) -> Thumbnail | None:
 
 
 def batch_page(rows: Sequence[BatchRow], thumbnails: Mapping[str, Thumbnail], made_by: str) -> str:
-    """The page; links are relative to the folder that the runs' folders lie in. ``thumbnails`` are
-    by the rows' names, and ``made_by`` says how the maps were made."""
+    """The page as HTML. Links are relative to the folder that contains the runs' folders. ``thumbnails`` are
+    keyed by the rows' names, and ``made_by`` describes how the maps were made."""
     numbers = "".join(f'<th class="number">{name}</th>' for name in _NUMBERS)
     body = "\n".join(_row(row, thumbnails.get(row.name)) for row in rows)
     return f"""<!doctype html>
@@ -94,14 +94,14 @@ disagree with the map on average.</p>
 
 
 def headline(rows: Sequence[BatchRow]) -> str:
-    """How many bags there are, and what became of them."""
+    """Number of bags, and of each outcome."""
     counts = Counter(row.outcome for row in rows)
     parts = [f"{counts[outcome]} {outcome.value}" for outcome in Outcome if counts[outcome]]
     return f"{len(rows)} {'bag' if len(rows) == 1 else 'bags'}: {', '.join(parts)}"
 
 
 def shown(value: float | None, decimals: int) -> str:
-    """A number, or nothing where there is none."""
+    """A number as text, empty for None."""
     return "" if value is None else f"{value:.{decimals}f}"
 
 

@@ -1,4 +1,4 @@
-"""What became of a bag of a batch."""
+"""The outcome of one bag of a batch."""
 
 from dataclasses import dataclass, field
 from enum import Enum
@@ -9,7 +9,7 @@ from racecar.pipelines.runs.mapping_job import MappingJob
 
 
 class Outcome(str, Enum):
-    """The verdict on the map, or why there is none."""
+    """The verdict on the map, or why there is no map."""
 
     GOOD = "good"
     DOUBTFUL = "doubtful"
@@ -19,27 +19,27 @@ class Outcome(str, Enum):
 
     @property
     def has_map(self) -> bool:
-        """Whether the bag became a map."""
+        """Whether the bag was mapped."""
         return self not in (Outcome.FAILED, Outcome.WAITING)
 
 
 @dataclass(frozen=True)
 class BatchRow:
-    """A bag, and what the report of its run says as far as there is a map."""
+    """A bag, and the figures from its run's report if there is a map."""
 
     job: MappingJob
     outcome: Outcome
     reason: str = ""
-    """Why the map is not good, or why there is none, in a sentence."""
+    """Why the map is not good, or why there is no map, in a sentence."""
     report: RunReport = field(default_factory=RunReport)
 
     @property
     def name(self) -> str:
-        """Of the run's folder."""
+        """Name of the run's folder."""
         return self.job.out.name
 
     def as_dict(self) -> dict[str, Any]:
-        """For reports."""
+        """The row as it is written into reports."""
         report = self.report
         return {
             "bag": self.job.bag,
@@ -58,7 +58,7 @@ class BatchRow:
 
 
 def mapped_row(job: MappingJob) -> BatchRow:
-    """What the report in a job's folder says of its map."""
+    """Read the figures of a map from the report in a job's folder."""
     report = read_report(job.out)
     try:
         outcome = Outcome(report.quality.verdict)

@@ -1,4 +1,4 @@
-"""Many bags become maps at once; what is done is kept, and what fails does not stop the rest."""
+"""Map many bags at once; finished maps are kept, and a failure does not stop the others."""
 
 import signal
 from collections import Counter
@@ -22,10 +22,10 @@ PAGE, FIGURES = "batch.html", "batch.json"
 
 
 class Batch:
-    """A row for each job, in their order, and the files in the folder of the batch that show them."""
+    """A row for each job, in their order, and the files in the batch's folder that show them."""
 
     def __init__(self, jobs: Sequence[MappingJob], out: Path, report: Report, made_by: str) -> None:
-        """``made_by`` says on the page how the maps were made. What is done already is not done again."""
+        """``made_by`` describes on the page how the maps were made. Finished jobs are not repeated."""
         self._rows = {
             job: mapped_row(job) if is_done(job) else BatchRow(job, Outcome.WAITING, "Not mapped yet.")
             for job in jobs
@@ -35,15 +35,15 @@ class Batch:
 
     @property
     def rows(self) -> list[BatchRow]:
-        """In the order of the jobs."""
+        """Rows in the order of the jobs."""
         return list(self._rows.values())
 
     def map_waiting(self, parallel: ParallelRuns) -> Iterator[BatchRow]:
-        """Do what is not done, and yield what became of each job as soon as it is known and on the page.
+        """Do the unfinished jobs, and yield each row as soon as it is known and on the page.
 
-        Each has a process of its own, so that one that dies takes nothing with it. When the iteration is
-        broken off, or this process dies, so do they. Raises UserError when the cluster cannot be reached, and
-        when page and figures cannot be written.
+        Each job has its own process, so a crash affects no other job. The processes end when the iteration is
+        abandoned or this process dies. Raises UserError when the cluster cannot be reached, or when the page
+        and the figures cannot be written.
         """
         self._write()
         jobs = [job for job, row in self._rows.items() if row.outcome == Outcome.WAITING]
@@ -58,7 +58,7 @@ class Batch:
                 yield row
 
     def _write(self) -> None:
-        """Page and figures, whole or not at all."""
+        """Write page and figures, completely or not at all."""
         for row in self.rows:
             is_new = row.outcome.has_map and row.name not in self._thumbnails
             if is_new and (thumbnail := map_thumbnail(row.job.out)) is not None:
@@ -69,11 +69,11 @@ class Batch:
         self._report.write(self._out / FIGURES)
         with write_atomically(self._out / PAGE) as partial_page:
             page = batch_page(self.rows, self._thumbnails, self._made_by)
-            partial_page.write_text(page, encoding="utf-8", errors="replace")  # a path may be no text
+            partial_page.write_text(page, encoding="utf-8", errors="replace")  # a path may not be valid text
 
 
 def _map_apart(job: MappingJob, *, threads: int) -> str | None:
-    """Do a job in a process of its own; the reason why there is no map, or None."""
+    """Do a job in its own process; returns the reason why there is no map, or None."""
     try:
         return in_fresh_process(partial(_map_or_explain, job), threads=threads)
     except ProcessDiedError as death:
@@ -84,7 +84,7 @@ def _map_or_explain(job: MappingJob) -> str | None:
     leave_terminal_alone()
     try:
         with run_lock(job.out):
-            if not is_done(job):  # by another batch that was at it
+            if not is_done(job):  # another batch may have done it
                 carry_out(job, RunContext(Report("racecar map")))
     except Exception as error:
         return in_one_sentence(error)

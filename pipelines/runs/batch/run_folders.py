@@ -1,4 +1,4 @@
-"""Which folder the map of each bag goes to: none replaces another's, and a repeated batch finds its own."""
+"""Choose a folder for each bag's map: none replaces another's, and a repeated batch finds its own."""
 
 from collections.abc import Iterator, Sequence
 from itertools import count
@@ -13,15 +13,15 @@ from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.runs.output_places import OutputFolder, check_places
 
 _LONGEST_NAME = 120
-"""Characters; file systems take 255 bytes, and many letters take two."""
+"""Characters. File systems allow 255 bytes, and many letters take two."""
 
 
 def run_folders(bags: Sequence[Path], out: Path, reserved: Sequence[str] = ()) -> list[Path]:
-    """A folder in ``out`` for each bag, named after it; bags of the same name are told apart by the folders
-    that they lie in, and else by numbers.
+    """A folder in ``out`` for each bag, named after it. Bags with the same name are distinguished by their
+    parent folders, or else by numbers.
 
-    A folder with the run of one of the bags stays that bag's, and one with the run of any other bag, with a
-    bag or with files of others is left alone. Names that are ``reserved`` are not used.
+    A folder with the run of one of these bags remains that bag's. Folders with the run of another bag, with a
+    bag or with foreign files are not used, nor are ``reserved`` names.
     """
     owners = {path.name: _Owner(path) for path in out.iterdir() if path.is_dir()} if out.is_dir() else {}
     folders: dict[Path, str] = {}
@@ -42,7 +42,7 @@ def run_folders(bags: Sequence[Path], out: Path, reserved: Sequence[str] = ()) -
 
 
 class _Owner:
-    """The bag whose run lies in a folder."""
+    """The bag whose run is in a folder."""
 
     def __init__(self, folder: Path) -> None:
         report = read_report(folder)
@@ -50,14 +50,14 @@ class _Owner:
         self._inputs = report.inputs
 
     def has_content_of(self, bag: Path) -> bool:
-        """Wherever it was moved to."""
+        """Whether the bag has the same content, even if it was moved."""
         try:
             return self._inputs.bag_fingerprint == bag_fingerprint(bag)
         except (UserError, OSError):
             return False
 
     def is_at_path_of(self, bag: Path) -> bool:
-        """Whatever became of it."""
+        """Whether the bag has the same path, even if its content changed."""
         return self._inputs.is_at_path_of(bag)
 
 
@@ -71,7 +71,7 @@ def _is_free(folder: Path) -> bool:
 
 
 def _names(bag: Path) -> Iterator[str]:
-    """drive, then monday-drive, week-monday-drive, and so on, then drive-2, drive-3, without end."""
+    """Yield drive, then monday-drive, week-monday-drive, and so on, then drive-2, drive-3, without end."""
     stem = bag_stem(bag)[:_LONGEST_NAME]
     yield stem
     name = stem

@@ -1,1 +1,1 @@
-"""How good a trajectory is."""
+"""Measure the accuracy of trajectories."""

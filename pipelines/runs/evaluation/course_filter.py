@@ -1,8 +1,8 @@
-"""The reference: a particle filter written plainly as MIT's robotics course (RSS, lab 5) teaches it.
+"""The reference: a plain particle filter as taught in MIT's robotics course (RSS, lab 5).
 
-It shares nothing with `localization`, so that a fault there is not compared with itself. What students are
-known to get wrong is right here: headings are averaged on the circle, noise is added in the car's frame, all
-odometry between two scans counts, and log-probabilities are summed.
+It shares no code with `localization`, so a bug there is not compared with itself. It avoids the known
+mistakes of students: headings are averaged on the circle, noise is added in the car's frame, all odometry
+between two scans counts, and log-probabilities are summed.
 """
 
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ from racecar.sensors.scan import Scan
 from racecar.sensors.yaw_rate import YawRate
 
 Z_MAX = 200
-"""The longest distance, in pixels of the map."""
+"""Maximum distance, in pixels of the map."""
 _SIGMA_HIT = 8.0
 """Pixels."""
 _ALPHA_HIT, _ALPHA_SHORT, _ALPHA_MAX, _ALPHA_RAND = 0.74, 0.07, 0.07, 0.12
 _SQUASH = 2.2
-"""The lab's values: shares of the mixture, and the root that is taken of a scan's likelihood."""
+"""The lab's values: weights of the mixture, and the root taken of a scan's likelihood."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class CourseSettings:
     particles: int = 200
     beams: int = 99
     noise: float = 0.03
-    """Standard deviation in metres and radians that every update adds, motion or not."""
+    """Standard deviation in metres and radians added at every update, whether the car moves or not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,21 +55,21 @@ class CourseFilter:
         self._step: Pose = IDENTITY
 
     def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64]) -> None:
-        """Spread the particles normally about a pose (3,)."""
+        """Draw the particles from a normal distribution around a pose (3,)."""
         spread = self._rng.multivariate_normal(np.zeros(3), covariance, size=self._settings.particles)
         self._particles = map_from_base + spread
 
     def add_odometry(self, odometry: Odometry) -> None:
-        """Add up the motion until the next scan."""
+        """Accumulate the motion until the next scan."""
         if self._odom_from_base is not None:
             self._step = compose(self._step, between(self._odom_from_base, odometry.odom_from_base))
         self._odom_from_base = odometry.odom_from_base
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
-        """The course's filter knows no gyroscope."""
+        """Ignored: the course's filter uses no gyroscope."""
 
     def add_scan(self, scan: Scan) -> CourseEstimate:
-        """Predict, weigh, resample; the estimate is the particles' mean."""
+        """Predict, weigh, resample; the estimate is the mean of the particles."""
         self._predict()
         weights = self._weights(scan)
         chosen = self._rng.choice(len(weights), size=len(weights), p=weights)
@@ -88,7 +88,7 @@ class CourseFilter:
         self._step = IDENTITY
 
     def _weights(self, scan: Scan) -> NDArray[np.float64]:
-        """(N,) that sum to 1."""
+        """(N,) normalized weights, which sum to 1."""
         chosen = np.linspace(0, len(scan.bearings) - 1, self._settings.beams).astype(int)
         chosen = chosen[~np.isnan(scan.ranges[chosen])]
         map_from_laser = compose(self._particles, scan.base_from_laser)
@@ -104,13 +104,13 @@ class CourseFilter:
 
 
 def sensor_table(z_max: int = Z_MAX) -> NDArray[np.float64]:
-    """(z_max + 1, z_max + 1) probability of measuring z (row) where the map says d (column), in pixels."""
+    """(z_max + 1, z_max + 1) probability of measuring z (row) where the map has d (column), in pixels."""
     columns = [sum(mixture_parts(d, z_max).values(), np.zeros(z_max + 1)) for d in range(z_max + 1)]
     return np.column_stack([column / column.sum() for column in columns])
 
 
 def mixture_parts(d: int, z_max: int = Z_MAX) -> dict[str, NDArray[np.float64]]:
-    """The four parts (z_max + 1,) of the probability of each z where the map says d, with their shares."""
+    """The four weighted parts (z_max + 1,) of the probability of each z where the map has d."""
     z = np.arange(z_max + 1)
     hit = np.exp(-((z - d) ** 2) / (2.0 * _SIGMA_HIT**2))
     short = np.zeros(z_max + 1)

@@ -1,4 +1,4 @@
-"""How far a trajectory is from a reference, through evo: absolute after alignment, and relative."""
+"""Errors of a trajectory against a reference, computed by evo: absolute after alignment, and relative."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ from racecar.maps.geometry.se2 import Pose, compose, mean_angle, wrap_angle
 from racecar.maps.trajectory import Trajectory
 
 _LONGEST_BRIDGE = 100_000_000
-"""Nanoseconds between two reference poses over which the reference is interpolated."""
+"""Maximum nanoseconds between two reference poses for interpolation."""
 _SAME_TIME = 1_000_000
-"""Nanoseconds; a reference pose this near counts whatever the distance to its neighbours."""
+"""Nanoseconds. A reference pose this close is used, however far away its neighbours are."""
 _RELATIVE_DISTANCE = 1.0
 """Metres of path over which the relative error is measured."""
 
@@ -25,15 +25,15 @@ class TrajectoryErrors:
     """Errors of a trajectory against a reference."""
 
     matched: int
-    """Poses that the reference covers."""
+    """Number of poses that the reference covers."""
     total: int
-    """Poses of the trajectory."""
+    """Number of poses of the trajectory."""
     reference_from_map: Pose
     """(3,) the alignment: least squares over the matched positions, without scale."""
     seconds: NDArray[np.float64]
-    """(M,) of each matched pose, since the trajectory began."""
+    """(M,) time of each matched pose, since the start of the trajectory."""
     map_from_base: Pose
-    """(M, 3) the matched poses, as the trajectory has them."""
+    """(M, 3) the matched poses of the trajectory, before alignment."""
     positions: NDArray[np.float64]
     """(M,) metres, absolute position error of each matched pose after alignment."""
     headings: NDArray[np.float64]
@@ -91,10 +91,10 @@ def compare(
 
 
 def align(map_from_base: Pose, reference_from_base: Pose) -> Pose:
-    """``reference_from_map`` (3,): the rigid motion in the plane that best lays positions (N, 3) on others.
+    """``reference_from_map`` (3,): the planar rigid motion that best aligns positions (N, 3) with others.
 
-    Kabsch's closed form in two dimensions; unlike the one in space that evo offers, it is also defined
-    for a straight drive. When the car did not move, the rotation follows from the headings.
+    Kabsch's closed form in two dimensions; unlike evo's in three, it is also defined for a straight drive. If
+    the car did not move, the rotation is computed from the headings.
     """
     source, target = map_from_base[:, :2], reference_from_base[:, :2]
     source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
@@ -108,7 +108,7 @@ def align(map_from_base: Pose, reference_from_base: Pose) -> Pose:
 
 
 def _reference_at(stamps: NDArray[np.int64], reference: Trajectory) -> tuple[NDArray[np.int64], Pose]:
-    """Which of the stamps the reference covers, and its poses at these."""
+    """Which of the stamps the reference covers, and its poses at those."""
     times, last = reference.stamps, len(reference) - 1
     right = np.clip(np.searchsorted(times, stamps), min(1, last), last)
     left = np.maximum(right - 1, 0)

@@ -1,7 +1,7 @@
 """The metric of the SLAM benchmark: errors of relative poses (Kümmerle et al., Autonomous Robots 27, 2009).
 
-A relation is the true pose of the car at a time t2 seen from where it was at t1. Its error is
-``inverse(true) ∘ estimated``, so that the map's frame does not matter and no alignment is needed.
+A relation is the true pose of the car at time t2 relative to its pose at t1. Its error is ``inverse(true) ∘
+estimated``, so the map's frame does not matter and no alignment is needed.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from racecar.pipelines.files.table import columns_of, read_rows
 
 _LAYOUT = "t1 t2 x y z roll pitch yaw"
 _STAMP_TOLERANCE = 1_000_000
-"""Nanoseconds; the files round to a microsecond, scans are at least 10 milliseconds apart."""
+"""Nanoseconds. The files round to a microsecond; scans are at least 10 milliseconds apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class Relations:
     stamps: NDArray[np.int64]
     """(N, 2) nanoseconds, t1 and t2."""
     first_from_second: Pose
-    """(N, 3) the car at t2 seen from the car at t1."""
+    """(N, 3) pose at t2 relative to the pose at t1."""
 
     def __len__(self) -> int:
         return len(self.stamps)
@@ -42,7 +42,7 @@ class RelationErrors:
     rotations: NDArray[np.float64]
     """(M,) radians, not negative."""
     lost: int
-    """Relations without a pose at t1 or t2."""
+    """Number of relations without a pose at t1 or t2."""
 
     def summary(self) -> dict[str, float]:
         """Mean, standard deviation and mean square, in metres and degrees."""
@@ -60,7 +60,7 @@ class RelationErrors:
 
 
 def load_relations(path: Path) -> Relations:
-    """Read a relations file. Raises UserError that names the line at fault."""
+    """Read a relations file. Raises UserError that names the faulty line."""
     first, second, *numbers = columns_of(_LAYOUT)
     rows = list(read_rows(path, _LAYOUT))
     if not rows:
@@ -71,7 +71,7 @@ def load_relations(path: Path) -> Relations:
 
 
 def relation_errors(trajectory: Trajectory, relations: Relations) -> RelationErrors:
-    """Compare a trajectory's relative poses, between its poses nearest to t1 and t2, to the true ones.
+    """Compare a trajectory's relative poses, between its poses nearest to t1 and t2, with the true ones.
 
     Raises UserError when the trajectory covers none of the relations.
     """
@@ -90,8 +90,8 @@ def relation_errors(trajectory: Trajectory, relations: Relations) -> RelationErr
 
 
 def missed_relations(found: Pose, true: Pose, first: NDArray[np.int64], second: NDArray[np.int64]) -> Pose:
-    """(R, 3) errors ``inverse(true) ∘ found`` of where poses ``second`` (R,) lie as seen from ``first`` (R,),
-    of those found (N, 3) and the true ones (N, 3)."""
+    """(R, 3) errors ``inverse(true) ∘ found`` of the poses ``second`` (R,) relative to ``first`` (R,), both
+    indices into the found (N, 3) and the true poses (N, 3)."""
     return between(between(true[first], true[second]), between(found[first], found[second]))
 
 

@@ -1,1 +1,1 @@
-"""What a run recorded, and what there is to see of it."""
+"""Read and write recordings of runs, and prepare what to show of them."""

@@ -1,4 +1,4 @@
-"""A recording read back into what there is to see."""
+"""Read a recording back into a scene to show."""
 
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from racecar.pipelines.runs.view.scene import ParticleCloud, Scene, Sight
 from racecar.sensors.scan import Scan
 
 _MOST_SIGHTS = 4000
-"""Of longer runs only every n-th scan is shown, so that a browser can hold them."""
+"""Longer runs show only every n-th scan, so that a browser can hold them."""
 _PLANAR = np.array([0, 1, 5])
 """Rows and columns of x, y and yaw in the covariance of six coordinates."""
 
@@ -83,6 +83,6 @@ def _pose_of(pose: Any) -> Pose:
 
 
 def _planar_covariance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3, 3) of (36,)."""
+    """(3, 3) covariance of x, y and yaw from (36,)."""
     planar: NDArray[np.float64] = np.asarray(covariance).reshape(6, 6)[np.ix_(_PLANAR, _PLANAR)]
     return planar

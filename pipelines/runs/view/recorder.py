@@ -1,4 +1,4 @@
-"""What ``--record`` writes: a run as a ROS 2 bag (MCAP) that RViz, Foxglove and ``racecar studio`` show."""
+"""The output of ``--record``: a run as a ROS 2 bag (MCAP) for RViz, Foxglove and ``racecar studio``."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,24 +18,24 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
 RECORD_FOLDER = "record"
-"""In a run's folder; ``record/record.mcap`` is the file in it."""
+"""Folder in a run's folder; it contains ``record.mcap``."""
 MAP_TOPIC, SCAN_TOPIC, ODOM_TOPIC = "/map", "/scan", "/odom"
 POSE_TOPIC, PARTICLES_TOPIC, PATH_TOPIC = "/pf/pose/odom", "/pf/viz/particles", "/path"
-"""Those of the course's particle filter, so that its RViz settings show a recording too."""
+"""The topics of the course's particle filter, so that its RViz settings work for a recording too."""
 
 _PARTICLES_PERIOD = 100_000_000
-"""Nanoseconds: ten clouds a second are enough to look at."""
+"""Nanoseconds; ten particle clouds per second are enough to look at."""
 _SHOWN_PARTICLES = 300
 _GROWN = 1.1
-"""A path is written again when it is a tenth longer, so that all together grow only with the drive."""
+"""A path is written again once it is a tenth longer, so the total size is proportional to the drive."""
 _MOST_BEAMS = 8192
 
 
 @contextmanager
 def recording(folder: Path, grid: OccupancyGrid) -> Iterator["Recorder"]:
-    """Yield what writes a run while it goes on. The bag appears whole, or not at all.
+    """Yield a recorder for a running run. The bag appears complete, or not at all.
 
-    Raises UserError when the place cannot be written to.
+    Raises UserError when the folder cannot be written to.
     """
     with BagWriter(folder / RECORD_FOLDER) as writer:
         recorder = Recorder(writer, grid)
@@ -44,7 +44,7 @@ def recording(folder: Path, grid: OccupancyGrid) -> Iterator["Recorder"]:
 
 
 class Recorder:
-    """Writes what goes in and out of a run, with the map that it is on."""
+    """Writes the inputs and outputs of a run, with its map."""
 
     def __init__(self, writer: BagWriter, grid: OccupancyGrid) -> None:
         self._writer = writer
@@ -56,13 +56,13 @@ class Recorder:
         self._written = 0
 
     def write_odometry(self, odometry: Odometry) -> None:
-        """A sample of the wheels' odometry."""
+        """Write a sample of wheel odometry."""
         self._writer.write_odometry(odometry, ODOM_TOPIC)
 
     def write_scan(
         self, scan: Scan, map_from_base: Pose, covariance: NDArray[np.float64] | None = None
     ) -> None:
-        """A scan and the pose (3,) it was taken from, as far as known; the first brings the map along."""
+        """Write a scan and its pose (3,), if known; the first call also writes the map."""
         if self._stamps and scan.stamp <= self._stamps[-1]:
             return
         if not self._has_begun:
@@ -79,14 +79,14 @@ class Recorder:
             self.write_whole_path()
 
     def write_particles(self, stamp: int, map_from_base: Pose, weights: NDArray[np.float64]) -> None:
-        """Of particles (N, 3) and weights (N,) a few hundred that stand for all, some times a second."""
+        """Write a few hundred of the particles (N, 3), chosen by weight (N,), several times per second."""
         if stamp - self._last_particles < _PARTICLES_PERIOD:
             return
         self._last_particles = stamp
         self._writer.write_poses(stamp, map_from_base[_stand_ins(weights)], PARTICLES_TOPIC)
 
     def write_whole_path(self) -> None:
-        """So far, unless it is written already."""
+        """Write the path so far, unless that was already done."""
         if len(self._stamps) == self._written:
             return
         self._written = len(self._stamps)
@@ -109,9 +109,9 @@ class Recorder:
 
 
 def record_mapping(reader: BagReader, result: MappingResult, folder: Path) -> None:
-    """Read a bag once more and write its scans at the poses that the finished map gave them.
+    """Read a bag once more and write its scans at their poses in the finished map.
 
-    Where a scan was taken is known only at the end: loops move what a mapper says on the way.
+    Only the finished map has the final poses: loop closures move those of earlier scans.
     """
     trajectory = result.trajectory
     poses = dict(zip(trajectory.stamps.tolist(), trajectory.map_from_base, strict=True))
@@ -126,10 +126,10 @@ def record_mapping(reader: BagReader, result: MappingResult, folder: Path) -> No
 
 
 def as_even_beams(scan: Scan) -> tuple[float, float, NDArray[np.float32]]:
-    """First bearing, increment (rad) and ranges (N,) on even bearings, as LaserScan wants them.
+    """First bearing, increment (rad) and ranges (N,) on even bearings, as LaserScan requires.
 
-    Beams that are even already stay as they are; of others each goes to the nearest bearing, of two the
-    nearer range, and a bearing without a beam is nan.
+    Even beams are unchanged. Otherwise each beam is moved to the nearest bearing; of two beams the nearer
+    range counts, and a bearing without a beam is nan.
     """
     bearings, ranges = scan.bearings, scan.ranges
     if len(bearings) < 2:
@@ -145,7 +145,7 @@ def as_even_beams(scan: Scan) -> tuple[float, float, NDArray[np.float32]]:
 
 
 def _stand_ins(weights: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Indices, evenly by weight; always the same for the same weights."""
+    """Deterministic indices of representative particles, evenly spaced by weight."""
     count = min(_SHOWN_PARTICLES, len(weights))
     shares = np.cumsum(weights) / weights.sum()
     chosen = np.searchsorted(shares, (np.arange(count) + 0.5) / count)

@@ -1,4 +1,4 @@
-"""A run's folder as something to look at: its recording where there is one, else its files."""
+"""Load a run's folder for display: its recording if there is one, or else its files."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -27,9 +27,9 @@ _SCAN_MATCHING, _LOOP_CLOSURE = KINDS.index("scan_matching"), KINDS.index("loop_
 
 
 def load_run(folder: Path) -> Scene:
-    """What a mapping or localization run left in a folder; what of it cannot be read is told beside the rest.
+    """Load the output of a mapping or localization run; unreadable parts are reported beside the rest.
 
-    Raises UserError when it left neither a trajectory nor a recording that can be read.
+    Raises UserError when it has neither a trajectory nor a readable recording.
     """
     finish_replacing(folder)
     report = read_report(folder)
@@ -49,7 +49,7 @@ def load_run(folder: Path) -> Scene:
 
 
 def _recorded_or_driven(folder: Path, title: str, about: str) -> Scene:
-    """The recording; without one, or with one that an earlier run left, the trajectory alone."""
+    """The recording; if there is none, or only one of an earlier run, the trajectory alone."""
     path = folder / "trajectory.tum"
     driven = load_tum(path) if path.is_file() else None
     if (folder / RECORD_FOLDER).is_dir():
@@ -72,12 +72,12 @@ def _are_same(driven: Trajectory, recorded: Trajectory) -> bool:
 
 
 def _find_grid(folder: Path, report: RunReport) -> OccupancyGrid | None:
-    """The map in the folder, or the one that its report names, if it is still there."""
+    """The map in the folder, or the one that its report names, if it still exists."""
     return load_map(folder) if (folder / "map.yaml").is_file() else report.named_map()
 
 
 def _add_session(scene: Scene, arrays: Arrays) -> None:
-    """Keyframes and loop closures; where no scans were recorded, those of the keyframes."""
+    """Add keyframes and loop closures, and the keyframes' scans if no scans were recorded."""
     map_from_laser = arrays["map_from_keyframe"]
     map_from_base = compose(map_from_laser, arrays["keyframe_from_base"])
     places: NDArray[np.float64] = map_from_base[:, :2]
@@ -94,7 +94,7 @@ def _add_session(scene: Scene, arrays: Arrays) -> None:
 
 
 def _sights_of_keyframes(arrays: Arrays, places: NDArray[np.float64], trajectory: Trajectory) -> list[Sight]:
-    """The keyframes' scans; a keyframe's time is that of the scan whose pose it has.
+    """The keyframes' scans; a keyframe has the time of the scan with the same pose.
 
     Keyframes of earlier drives have no time in this one and are left out.
     """
@@ -113,7 +113,7 @@ def _sights_of_keyframes(arrays: Arrays, places: NDArray[np.float64], trajectory
 
 
 def _doubts_of(segments: Iterable[Segment]) -> list[Doubt]:
-    """What the verdict names, of a map or of a localization."""
+    """Segments named by the verdict on a map or a localization."""
     return [
         _doubt_of(segment, np.array([segment.x_m, segment.y_m]))
         for segment in segments
@@ -129,7 +129,7 @@ def _doubt_of(segment: Segment, place: NDArray[np.float64]) -> Doubt:
 
 
 def _about(report: RunReport) -> str:
-    """What a person wants to know first, as Markdown."""
+    """A summary for people, as Markdown."""
     path_metres, share = (
         report.result.path_metres or report.counts.path_metres,
         report.accuracy.share_on_walls,

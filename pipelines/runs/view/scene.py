@@ -1,4 +1,4 @@
-"""What there is to see of a run."""
+"""What to show of a run."""
 
 from dataclasses import dataclass, field
 
@@ -21,7 +21,7 @@ class Sight:
 
 @dataclass(frozen=True, eq=False)
 class ParticleCloud:
-    """Particles at a time."""
+    """Particles at one time."""
 
     stamp: int
     map_from_base: Pose
@@ -30,19 +30,19 @@ class ParticleCloud:
 
 @dataclass(frozen=True, eq=False)
 class Doubt:
-    """A stretch of the drive that something speaks against."""
+    """A doubtful segment of the drive."""
 
     why: str
     """A sentence for people."""
     place: NDArray[np.float64]
-    """(2,) metres in the map, in its middle."""
+    """(2,) metres in the map, the midpoint of the segment."""
     seconds: tuple[float, float] | None
-    """Since the drive began; None in an earlier drive."""
+    """Since the start of the drive; None for an earlier drive."""
 
 
 @dataclass(eq=False)
 class Scene:
-    """A run; of what it did not leave there is nothing."""
+    """A run for display; whatever the run did not save is empty."""
 
     title: str
     about: str
@@ -50,23 +50,23 @@ class Scene:
     trajectory: Trajectory
     grid: OccupancyGrid | None = None
     keyframes: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
-    """(K, 2) places."""
+    """(K, 2) positions."""
     loops: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2, 2)))
-    """(L, 2, 2) the places that each loop closure ties together."""
+    """(L, 2, 2) the two positions connected by each loop closure."""
     matches: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2, 2)))
-    """(M, 2, 2) the places that each match of scans ties together."""
+    """(M, 2, 2) the two positions connected by each scan match."""
     misses: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
-    """(M,) metres by which the map misses what was matched."""
+    """(M,) residuals of the matches in the map, in metres."""
     sights: list[Sight] = field(default_factory=list)
     clouds: list[ParticleCloud] = field(default_factory=list)
     covariances: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3, 3)))
     """(S, 3, 3) of x, y (m) and yaw (rad), one for each pose of the trajectory."""
     doubts: list[Doubt] = field(default_factory=list)
-    """The weightiest first."""
+    """In decreasing order of importance."""
 
     @property
     def deviations(self) -> NDArray[np.float64]:
-        """(S, 2) standard deviations of place (m) and heading (rad) of each pose of the trajectory."""
+        """(S, 2) standard deviations of position (m) and heading (rad) at each pose of the trajectory."""
         variances = np.diagonal(self.covariances, axis1=1, axis2=2)
         deviations: NDArray[np.float64] = np.sqrt(
             np.column_stack([variances[:, 0] + variances[:, 1], variances[:, 2]])
