@@ -1,1 +1,1 @@
-"""Bags read, checked and written."""
+"""Reading, checking and writing bags."""

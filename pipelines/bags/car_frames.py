@@ -1,4 +1,4 @@
-"""The frames of the car, as a bag holds them or as they are published while it drives: where sensors sit."""
+"""Frames of the car and where its sensors sit, from a bag or from transforms published live."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -20,13 +20,13 @@ from racecar.pipelines.bags.converters.transforms import (
 from racecar.sensors.findings import Finding, in_words
 
 _LARGEST_TILT = np.radians(10)
-"""Above which a planar scan is misleading, since 10° put a wall 5 m away 9 cm too far: by judgement."""
+"""Largest tilt of a planar scan: 10° put a wall 5 m away 9 cm too far. Chosen by judgement."""
 _SAME_PLACE = 0.01
-"""Metres or radians within which two places are one: far below what blurs a map, by judgement."""
+"""Metres or radians within which two places are the same. Chosen by judgement: too little to blur a map."""
 
 
 class CarFrames:
-    """Links that never changed so far are fixed, on whatever topic; may be used in several threads."""
+    """Links that have not changed so far count as fixed, on any topic. Thread-safe."""
 
     def __init__(
         self,
@@ -35,21 +35,21 @@ class CarFrames:
         base_frame: str = BASE_FRAMES[0],
         links: FrameLinks | None = None,
     ) -> None:
-        """``given`` (3,) or, with a roll, (4,) overrides the links where sensors sit; ``given_by`` says for
-        people where it is from. ``base_frame``: where it is not the usual name, no other frame counts;
-        ``links`` are known already."""
+        """``given`` (3,), or (4,) with a roll, overrides the links at which sensors sit; ``given_by`` names
+        its source for users. With an unusual ``base_frame``, no other frame counts as the base. ``links`` are
+        those known already."""
         self._given, self._given_by, self._base_frame = given, given_by, base_frame
         self._lock = Lock()
         self.links = links or FrameLinks()
         self._states: dict[tuple[str, str], tuple[bool, int, bool]] = {}
-        """Of each link whether it moves, how often it was put right, and whether it is told otherwise too."""
+        """For each link: whether it moves, its corrections, and whether another topic contradicts it."""
         self._odometry_child = ""
         self._places: dict[str, SensorPlace] = {}
         self.version = 0
-        """Grows when places may have changed."""
+        """Incremented when places may have changed."""
 
     def take(self, message: Any, topic: str) -> None:
-        """A message with transforms."""
+        """Add a message with transforms."""
         with self._lock:
             for transform in message.transforms:
                 link = self.links.add(transform, topic)
@@ -62,13 +62,13 @@ class CarFrames:
                     self._change()
 
     def name_odometry_child(self, frame: str) -> None:
-        """The frame whose motion odometry tells; empty where it does not say."""
+        """Set the frame whose motion the odometry reports; empty if it names none."""
         if frame != self._odometry_child:
             self._odometry_child = frame
             self._change()
 
     def placed(self, sensor_frame: str) -> SensorPlace:
-        """Where a sensor sits in the frame of the base; at its origin where nothing tells."""
+        """Place of a sensor in the base frame; at its origin if unknown."""
         with self._lock:
             if sensor_frame not in self._places:
                 self._places[sensor_frame] = self._look_up(sensor_frame)
@@ -76,16 +76,16 @@ class CarFrames:
 
     @property
     def places(self) -> dict[str, SensorPlace]:
-        """By frame, of all sensors that were asked for."""
+        """Places of all sensors looked up so far, by frame."""
         return dict(self._places)
 
     def between(self, target: str, source: str) -> NDArray[np.float64] | None:
-        """``target_from_source`` (4, 4); None where the frames are not fixed to each other."""
+        """``target_from_source`` (4, 4); None if the frames are not fixed to each other."""
         with self._lock:
             return self.links.fixed().between(target, source)
 
     def odometry(self, sensor_frame: str) -> OdometryLinks | None:
-        """The links that are the odometry, once they were seen to move."""
+        """The links that form the odometry, once they have moved."""
         with self._lock:
             found = self.links.odometry(sensor_frame)
         return found if found is not None and found.driving.moves else None
@@ -111,7 +111,7 @@ class CarFrames:
         return place if base == sensor_frame else replace(place, findings=self._doubts(sensor_frame, place))
 
     def _source(self, sensor_frame: str, base: str) -> str:
-        """``tf_static`` where latched links lead from the base to the sensor, or else ``tf``."""
+        """``tf_static`` if latched links connect the base to the sensor, else ``tf``."""
         latched = TransformTree()
         for link in self.links:
             if link.is_latched:
@@ -119,7 +119,7 @@ class CarFrames:
         return "tf" if latched.between(base, sensor_frame) is None else "tf_static"
 
     def _doubts(self, sensor_frame: str, place: SensorPlace) -> tuple[Finding, ...]:
-        """What speaks against a place that links tell."""
+        """Doubts about a place taken from links."""
         findings, base = list[Finding](), place.base_frame
         if not place.is_sure:
             findings.append(Finding("place_by_another_frame", sensor=sensor_frame, base=base))
@@ -144,7 +144,7 @@ def _are_two_places(first: NDArray[np.float64], second: NDArray[np.float64]) -> 
 
 
 def slip_in(place: Sequence[float]) -> str | None:
-    """What is wrong with a place that somebody gave, (3,) or with a roll (4,), as the end of a sentence."""
+    """What is wrong with a place that a user gave, (3,) or (4,) with a roll, as the end of a sentence."""
     yaw, roll = place[2], [*place, 0.0][3]
     for name, angle in (("yaw", yaw), ("roll", roll)):
         if abs(angle) > 2.0 * np.pi:
@@ -161,10 +161,10 @@ def slip_in(place: Sequence[float]) -> str | None:
 
 
 def base_frame_of(tree: TransformTree, sensor_frame: str, odometry_child: str) -> str | None:
-    """The frame that stands for the car, among those fixed to a sensor; None where nothing tells.
+    """The frame that stands for the car, among those fixed to a sensor; None if unknown.
 
-    One with a standard name, in whatever namespace; but that whose motion odometry tells, where both are not
-    one place seen from above. Without either, the frame from which all others hang.
+    Usually the one with a standard name, in any namespace. The child frame of odometry wins if it is at
+    another place seen from above. Without either, the root of the tree.
     """
     around = tree.around(sensor_frame)
     standard = [frame for name in BASE_FRAMES for frame in around if last_name(frame) == name]

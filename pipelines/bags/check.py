@@ -1,4 +1,4 @@
-"""What is in a bag, and what is wrong with it, before it is mapped."""
+"""What a bag contains, and its faults, before mapping."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -17,19 +17,19 @@ from racecar.sensors.findings import Finding
 
 @dataclass(frozen=True)
 class BagCheck:
-    """Facts about a bag and findings."""
+    """Figures and findings about a bag."""
 
     path: Path
     part: BagPart
     size_mb: float
     topics: list[BagTopic]
     facts: dict[str, dict[str, Any]]
-    """By section (``scans``, ``sensor``, ``odometry``, ``imu``), figures with units in their names."""
+    """Figures by section (``scans``, ``sensor``, ``odometry``, ``imu``), with units in their names."""
     counts: dict[str, int]
     findings: list[Finding]
 
     def as_dict(self) -> dict[str, Any]:
-        """For a JSON file."""
+        """Contents for a JSON file."""
         return {
             "bag": str(self.path),
             **({} if self.part.is_whole else {"part": asdict(self.part)}),
@@ -45,9 +45,9 @@ class BagCheck:
 
 
 def check_bag(reader: BagReader, progress: Callable[[float], None] | None = None) -> BagCheck:
-    """Read the whole bag once. ``progress`` is called with the messages read.
+    """Read the whole bag once. ``progress`` is called with the number of messages read.
 
-    Raises UserError when no scan of it is usable.
+    Raises UserError when it has no usable scan.
     """
     for _ in reader:
         if progress is not None and reader.messages_read % 256 == 0:

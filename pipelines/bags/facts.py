@@ -1,4 +1,4 @@
-"""What is learned of scans and odometry while they are read, and what of it is suspicious."""
+"""Statistics of scans and odometry gathered while reading, and findings about what is suspicious."""
 
 from dataclasses import dataclass, field
 
@@ -11,37 +11,37 @@ from racecar.sensors.scan import FARTHEST_APART, Scan
 from racecar.sensors.yaw_rate import YawRate
 
 _LONGEST_STEP = 0.3
-"""Metres between two samples of odometry, over which a car can steer without being seen to: by judgement."""
+"""Metres between two odometry samples over which a car can steer unseen. Chosen by judgement."""
 _OFTEN = 20.0
-"""Samples of odometry a second that are enough at any speed, as the course asks for."""
+"""Odometry samples per second that suffice at any speed, as required by the course."""
 _SPEED_SPAN = 200_000_000
-"""Nanoseconds over which a speed is measured at least: stamps of single samples may jitter by their step."""
+"""Least nanoseconds over which a speed is measured; stamps of single samples may jitter by their step."""
 _INVALID_SHARE = 0.9
-"""Of the beams, above which the sensor is covered rather than in the open. Neato lasers say nothing of three
-quarters of their beams in a large room, and maps of theirs are right."""
+"""Share of invalid beams above which the sensor is covered instead of in the open. Neato lasers report
+nothing for three quarters of their beams in a large room, and their maps are right."""
 _LONG_BLANK = 1.0
-"""Seconds without a return; what is shorter is bridged without a trace, by judgement."""
+"""Seconds without a return; shorter blanks are bridged without harm. Chosen by judgement."""
 _STANDS = 0.05
-"""Metres per second below which a car stands, but for the noise of its odometry: by judgement."""
+"""Speed in m/s below which a car stands, apart from odometry noise. Chosen by judgement."""
 _FAR_APART = 0.5
-"""Metres driven from scan to scan, from which they share too little to correct the wheels well. Measured:
-aces with a scan every two seconds, which is 0.9 m, maps to 0.10 m, with all of them to 0.035 m."""
+"""Metres driven between scans from which they overlap too little to correct the wheels well. Measured: aces
+with a scan every two seconds, which is 0.9 m, maps to 0.10 m, and with all scans to 0.035 m."""
 _WALKING = 1.0
-"""m/s that a car drives of which nothing tells how fast: as people walk, by judgement."""
+"""Assumed speed in m/s if nothing measures it: walking pace, chosen by judgement."""
 _UNEVEN = 1.5
-"""Usual step between scans over the shortest ones, from which scans are missing: one that is doubles a step,
-and stamps jitter by less. By judgement."""
+"""Ratio of the usual step between scans to the shortest ones from which scans are missing. A missing scan
+doubles a step, and stamps jitter by less. Chosen by judgement."""
 _SWEEPS = 1.75
-"""Sweeps from scan to scan below which none is missing in between: lasers turn for 1 to 1.5 sweeps per scan,
-and with one missing for 2 at least."""
+"""Sweeps per scan below which no scan is missing. Lasers turn 1 to 1.5 times per scan, and at least 2 times
+if one is missing."""
 _FEW_SAMPLES = 50
-"""Samples of a gyroscope that may be equal by chance, where one is read coarsely: by judgement."""
+"""Gyroscope samples that may be equal by chance if its resolution is coarse. Chosen by judgement."""
 _MOST_STEPS = 20_000
-"""Between stamps that are kept, for their median: by judgement."""
+"""Most steps between stamps that are kept for their median. Chosen by judgement."""
 
 
 class Spacing:
-    """Steps between stamps."""
+    """Statistics of the steps between stamps."""
 
     def __init__(self) -> None:
         self.first: int | None = None
@@ -50,7 +50,7 @@ class Spacing:
         self._steps = EvenSample[int](_MOST_STEPS)
 
     def add(self, stamp: int) -> None:
-        """Take note of the next stamp, in nanoseconds."""
+        """Add the next stamp in nanoseconds."""
         if self.last is not None:
             self._steps.add(stamp - self.last)
         self.first = stamp if self.first is None else self.first
@@ -59,26 +59,26 @@ class Spacing:
 
     @property
     def seconds(self) -> float:
-        """From the first stamp to the last."""
+        """Seconds from first to last stamp."""
         return 0.0 if self.first is None or self.last is None else (self.last - self.first) * 1e-9
 
     @property
     def rate(self) -> float:
-        """Messages per second by the median step; 0 where there are fewer than two."""
+        """Messages per second, from the median step; 0 if there are fewer than two."""
         return 1e9 / float(np.median(self._steps.values)) if self._steps.values else 0.0
 
     @property
     def shortest(self) -> float:
-        """Seconds that a tenth of the steps do not exceed; 0 where there are none."""
+        """Tenth percentile of the steps in seconds; 0 if there are none."""
         return float(np.quantile(self._steps.values, 0.1)) * 1e-9 if self._steps.values else 0.0
 
 
 @dataclass
 class ScanFacts:
-    """Of all scans so far."""
+    """Statistics of all scans so far."""
 
     spacing: Spacing = field(default_factory=Spacing)
-    """Of the first laser, where there are several."""
+    """Spacing of the first laser, if there are several."""
     count: int = 0
     fewest_beams: int = 2**31
     most_beams: int = 0
@@ -94,13 +94,13 @@ class ScanFacts:
     misses: int = 0
     invalid: int = 0
     blank: int = 0
-    """Scans of which no beam met anything."""
+    """Scans in which no beam hit anything."""
     longest_blank: float = 0.0
     """Seconds."""
     _blank_since: int | None = None
 
     def add(self, scan: Scan) -> None:
-        """Take note of the next scan."""
+        """Add the next scan."""
         self.count += 1
         if scan.laser == 0:
             self.spacing.add(scan.stamp)
@@ -136,7 +136,7 @@ class ScanFacts:
 
     @property
     def findings(self) -> list[Finding]:
-        """What a person should know of."""
+        """Findings for the user."""
         if not self.spacing.count:
             return []
         findings = []
@@ -163,7 +163,7 @@ class ScanFacts:
 
 @dataclass
 class OdometryFacts:
-    """Of all odometry so far."""
+    """Statistics of all odometry so far."""
 
     spacing: Spacing = field(default_factory=Spacing)
     path_length: float = 0.0
@@ -175,7 +175,7 @@ class OdometryFacts:
     _span_begin: Odometry | None = None
 
     def add(self, odometry: Odometry) -> None:
-        """Take note of the next sample."""
+        """Add the next sample."""
         self.spacing.add(odometry.stamp)
         if self._span_begin is None:
             self._span_begin = odometry
@@ -201,7 +201,7 @@ class OdometryFacts:
 
     @property
     def findings(self) -> list[Finding]:
-        """What a person should know of."""
+        """Findings for the user."""
         if not self.spacing.count:
             return []
         findings = []
@@ -214,7 +214,7 @@ class OdometryFacts:
 
 
 def findings_of_rare_scans(scans: ScanFacts, odometry: OdometryFacts) -> list[Finding]:
-    """Where the car drives far from one scan to the next, or may, since no odometry follows it."""
+    """Finding if the car drives far between scans, or may do so because there is no odometry."""
     if not scans.spacing.rate or (odometry.spacing.count and not odometry.driven_seconds):
         return []
     seconds = 1.0 / scans.spacing.rate
@@ -237,28 +237,28 @@ def findings_of_rare_scans(scans: ScanFacts, odometry: OdometryFacts) -> list[Fi
 
 @dataclass
 class YawRateFacts:
-    """Of all yaw rates so far."""
+    """Statistics of all yaw rates so far."""
 
     spacing: Spacing = field(default_factory=Spacing)
     slowest: float = np.inf
     fastest: float = -np.inf
     """Radians per second."""
     turns_elsewhere: int = 0
-    """Samples without yaw that turn about another axis."""
+    """Samples with zero yaw rate that turn about another axis."""
 
     def add(self, yaw_rate: YawRate) -> None:
-        """Take note of the next sample."""
+        """Add the next sample."""
         self.spacing.add(yaw_rate.stamp)
         self.slowest, self.fastest = min(self.slowest, yaw_rate.rate), max(self.fastest, yaw_rate.rate)
 
     @property
     def fastest_turn(self) -> float:
-        """Radians per second, to either side; 0 without any sample."""
+        """Radians per second in either direction; 0 without samples."""
         return max(abs(self.slowest), abs(self.fastest)) if self.spacing.count else 0.0
 
     @property
     def findings(self) -> list[Finding]:
-        """What a person should know of."""
+        """Findings for the user."""
         if self.spacing.count < _FEW_SAMPLES or self.slowest != self.fastest:
             return []
         is_on_its_side = self.turns_elsewhere > _FEW_SAMPLES

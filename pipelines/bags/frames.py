@@ -1,8 +1,8 @@
-"""The frames of a bag: a look at its transforms before it is read.
+"""The frames of a bag, found by reading transforms before the bag itself.
 
-Latched topics are read whole, since they hold a handful of messages that may come late. Of the others the
-first minute is enough to tell fixed links from moving ones, so that a bag of gigabytes need not be read
-twice; only where odometry is sought there, and the car stands that long, the look goes on until it moves.
+Latched topics are read whole, since they have few messages, some of them late. On other topics the first
+minute suffices to distinguish fixed links from moving ones, so a bag of gigabytes is not read twice. Only if
+odometry is expected there and the car still stands does reading continue until it moves.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -13,22 +13,21 @@ from racecar.pipelines.bags.messages import TRANSFORM_TYPES
 from racecar.pipelines.bags.storage.chunks import BagTopic
 
 _FIRST_LOOK = 60_000_000_000
-"""Nanoseconds of log: publishers of fixed links repeat them several times a second, and most cars have
-started by then; by judgement."""
+"""Nanoseconds of log read first. Publishers repeat fixed links several times a second, and most cars have
+started by then. Chosen by judgement."""
 _ODOMETRY_APPEARS = 300_000_000_000
-"""Nanoseconds of log in which odometry appears on ``/tf``, whose driver may be started late: by judgement."""
+"""Nanoseconds until odometry appears on ``/tf``; its driver may start late. Chosen by judgement."""
 _CHECKED_EVERY = 500
-"""Messages, so that the search for odometry costs little beside reading them."""
+"""Messages between checks, so looking for odometry costs little compared with reading them."""
 
 Decoded = Callable[[list[str]], Iterable[tuple[str, int, Any]]]
-"""Topic, recording time in nanoseconds and message, of all messages on some topics."""
+"""Reads topics: name, recording time in nanoseconds and message of each of their messages."""
 
 
 def transform_topics(topics: Mapping[str, BagTopic], near: str) -> list[list[str]]:
-    """Names of the topics with transforms, those of the robot that another topic belongs to first.
+    """Names of transform topics, grouped by robot; the robot that the topic ``near`` belongs to comes first.
 
-    Several robots publish links of equal names, each in its own namespace; so the topics of one are not
-    mixed with those of the others.
+    Several robots use the same link names, each in its own namespace, so their topics are kept apart.
     """
     found = [
         topic.name
@@ -42,7 +41,7 @@ def transform_topics(topics: Mapping[str, BagTopic], near: str) -> list[list[str
 
 
 def look_at_links(topics: list[str], decoded: Decoded, sensor_frame: str, wants_odometry: bool) -> FrameLinks:
-    """The links on some topics; of those that are not latched as many messages as it takes."""
+    """Links on some topics; topics that are not latched are read only as far as needed."""
     links = FrameLinks()
     latched = [name for name in topics if is_latched(name)]
     if latched:

@@ -1,4 +1,4 @@
-"""What one pass over a recording meets, and the findings that follow."""
+"""What one pass over a recording encounters, and the resulting findings."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -14,11 +14,11 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
 _CLOCK_FAULTS = ("clock_jumps", "stamps_that_stood_still", "stamps_from_recording_time")
-"""Counts of messages whose headers show no time, or one that was set."""
+"""Counts of messages without a time in their header, or after the clock was set."""
 
 
 class Heard:
-    """Figures of what is taken, and counts of all that is mended or left out."""
+    """Statistics of the accepted measurements, and counts of everything corrected or dropped."""
 
     def __init__(self) -> None:
         self.messages = 0
@@ -28,17 +28,17 @@ class Heard:
         self._clock_rates: dict[str, ClockRate] = {}
 
     def note_stamp(self, topic: str, header: int, recorded: int) -> None:
-        """A message of a topic by the stamp of its header and by when it was recorded, in nanoseconds."""
+        """Note the header stamp and recording time of a message on a topic, in nanoseconds."""
         self._clock_rates.setdefault(topic, ClockRate()).add(header, recorded)
 
     def is_spike(self, item: Measurement) -> bool:
-        """Whether the next item in the order of time is odometry to be left out."""
+        """Whether the next item in time order is odometry to be dropped."""
         is_spike = isinstance(item, Odometry) and self._spikes.is_spike(item)
         self.counts["odometry_spikes"] = self._spikes.count
         return is_spike
 
     def takes(self, item: Measurement) -> bool:
-        """Take note of the next item, in the order of time as it is handed on; whether it is to be."""
+        """Add the next item in time order; returns whether to pass it on."""
         if isinstance(item, Scan):
             self._gaps.add(item, self.odometry.path_length)
             if self._repeats.is_repeat(item):
@@ -57,7 +57,7 @@ class Heard:
         return True
 
     def findings(self, scan_topic: str, motion_topics: Sequence[str | None]) -> list[Finding]:
-        """What a person should know of; the topics are those whose clocks are compared."""
+        """Findings for the user; the clocks of the topics are compared."""
         return [
             *self._gaps.findings,
             *self._repeats.findings,
@@ -71,13 +71,13 @@ class Heard:
         ]
 
     def told_counts(self, unreadable: int) -> dict[str, int]:
-        """Scans and odometry always, all else if it occurred, as ``unreadable`` messages of the bag."""
+        """Counts for reports, with ``unreadable`` messages; zeros only for scans and odometry."""
         counts = {"scans": 0, "odometry": 0, **self.counts}
         counts |= {"gaps": self._gaps.count, "unreadable_messages": unreadable}
         return {name: count for name, count in counts.items() if count or name in ("scans", "odometry")}
 
     def _clock_drifts(self, scan_topic: str, motion_topics: Sequence[str | None]) -> list[Finding]:
-        """Of the first of them that drifts against the scans, unless a clock was set or showed no time."""
+        """The first drift of a topic against the scans, unless a clock was set or showed no time."""
         if any(self.counts[name] for name in _CLOCK_FAULTS):
             return []
         own = self._clock_rates.get(scan_topic, ClockRate())

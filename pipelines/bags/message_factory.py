@@ -1,4 +1,4 @@
-"""ROS messages from the project's own values, of ROS 1 or ROS 2."""
+"""ROS 1 or ROS 2 messages from the project's own values."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -24,14 +24,14 @@ _PLANAR = [0, 1, 5]
 
 
 class MessageFactory:
-    """Fills the message types of a store."""
+    """Fills in the message types of a type store."""
 
     def __init__(self, types: Typestore, *, is_ros1: bool) -> None:
         self._types = types
         self._is_ros1 = is_ros1
 
     def laser_scan(self, stamp_ns: int, frame_id: str, ranges: NDArray[np.float32], **fields: float) -> Any:
-        """A sweep of N ranges in metres; ``fields`` are the others of LaserScan but for ``angle_max``."""
+        """A sweep of N ranges in metres; ``fields`` are the others of LaserScan except ``angle_max``."""
         return self._new(
             LASER_SCAN,
             header=self._header(stamp_ns, frame_id),
@@ -50,7 +50,7 @@ class MessageFactory:
         twist: Pose,
         covariance: NDArray[np.float64] | None,
     ) -> Any:
-        """A pose (3,) and a twist (3,); the covariance (3, 3) is that of the pose."""
+        """A pose (3,) and a twist (3,), with the covariance (3, 3) of the pose."""
         forward, sideways, turning = twist
         speeds = self._new(
             "geometry_msgs/msg/Twist",
@@ -71,7 +71,7 @@ class MessageFactory:
         )
 
     def imu(self, stamp_ns: int, frame_id: str, yaw_rate: float) -> Any:
-        """A message that says nothing but how fast the IMU turns about its z axis."""
+        """A message with only the IMU's rate of turn about its z axis."""
         unknown = np.array([-1.0, *[0.0] * 8])
         return self._new(
             IMU,

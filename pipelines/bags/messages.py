@@ -1,4 +1,4 @@
-"""ROS messages from their serialized form, and the small pieces of them."""
+"""Deserialization of ROS messages, and small parts of them."""
 
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ ODOMETRY = "nav_msgs/msg/Odometry"
 IMU = "sensor_msgs/msg/Imu"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 OLD_TRANSFORMS = "tf/msg/tfMessage"
-"""The same, of the first ``tf`` of ROS 1."""
+"""The same type in the first ``tf`` of ROS 1."""
 TRANSFORM_TYPES = (TRANSFORMS, OLD_TRANSFORMS)
 OCCUPANCY_GRID = "nav_msgs/msg/OccupancyGrid"
 PATH = "nav_msgs/msg/Path"
@@ -33,12 +33,12 @@ POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 POSE_ARRAY = "geometry_msgs/msg/PoseArray"
 
 _LARGEST_QUATERNION = 1e6
-"""Of a quaternion's numbers, which should be at most 1; more comes from damaged bytes."""
+"""Limit of a quaternion's numbers, which should be at most 1; larger ones come from damaged bytes."""
 
 
 @cache
 def ros1_types() -> Typestore:
-    """The message types of ROS 1, with those of ``/tf`` that its store lacks."""
+    """The ROS 1 message types, with those of ``/tf`` that the store of ``rosbags`` lacks."""
     store = get_typestore(Stores.ROS1_NOETIC)
     for name in TRANSFORM_TYPES:
         store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", name))
@@ -47,8 +47,8 @@ def ros1_types() -> Typestore:
 
 @cache
 def ros2_types() -> Typestore:
-    """The message types of ROS 2; those used here are the same in every distribution. Bags converted from
-    ROS 1 may hold the old type of ``/tf``; the store lacks commands to cars that steer."""
+    """The ROS 2 message types; those used here are the same in every distribution. The old type of ``/tf`` is
+    added for bags converted from ROS 1, and so are commands to cars that steer, which the store lacks."""
     store = get_typestore(Stores.ROS2_JAZZY)
     store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", OLD_TRANSFORMS))
     numbers = ("steering_angle", "steering_angle_velocity", "speed", "acceleration", "jerk")
@@ -59,31 +59,31 @@ def ros2_types() -> Typestore:
 
 
 def decode(topic: BagTopic, data: bytes) -> Any:
-    """The message; raises what ``rosbags`` raises when the bytes are damaged."""
+    """Deserialize a message; raises what ``rosbags`` raises if the bytes are damaged."""
     if topic.encoding == "ros1":
         return ros1_types().deserialize_ros1(data, topic.message_type)
     return ros2_types().deserialize_cdr(data, topic.message_type)
 
 
 def type_name(message: Any) -> str:
-    """The type of a message, such as ``sensor_msgs/msg/LaserScan``, of ROS or of ``rosbags``."""
+    """Type of a ROS or ``rosbags`` message, such as ``sensor_msgs/msg/LaserScan``."""
     kind = type(message)
     name = getattr(kind, "__msgtype__", None) or f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
     return str(name)
 
 
 def nanoseconds(stamp: "builtin_interfaces__msg__Time") -> int:
-    """A time stamp as one number."""
+    """A time stamp in nanoseconds."""
     return stamp.sec * 1_000_000_000 + stamp.nanosec
 
 
 def frame_name(name: str) -> str:
-    """Frame names of ROS 1 may begin with a slash."""
+    """Strip the leading slash that frame names of ROS 1 may have."""
     return name.lstrip("/")
 
 
 def rotation_matrix(quaternion: "geometry_msgs__msg__Quaternion") -> NDArray[np.float64] | None:
-    """(3, 3); None where the quaternion is zero or not a number."""
+    """(3, 3); None if the quaternion is zero or not a number."""
     values = np.array([quaternion.w, quaternion.x, quaternion.y, quaternion.z])
     if not (np.abs(values) < _LARGEST_QUATERNION).all():
         return None

@@ -1,4 +1,4 @@
-"""Where a bag holds the car's motion: odometry on a topic or in transforms, and a gyroscope."""
+"""Sources of the car's motion in a bag: odometry on a topic or in transforms, and a gyroscope."""
 
 from collections import Counter
 from functools import partial
@@ -19,19 +19,19 @@ from racecar.sensors.odometry import Odometry
 
 
 class MotionSources:
-    """What of them is read, and the links among the frames of the car."""
+    """The sources that are read, and the links between the frames of the car."""
 
     def __init__(self, store: BagStore, scans: Samples, findings: list[Finding]) -> None:
-        """Nothing yet; ``scans`` are those of the laser whose motion is wanted. What is noticed goes into
-        ``findings``."""
+        """``scans`` are those of the laser whose motion is wanted. Adds to ``findings``; `open` looks for
+        sources."""
         self.odometry: Samples | None = None
         self.odometry_links: OdometryLinks | None = None
-        """Where the odometry is in transforms."""
+        """Links of the odometry if it is in transforms."""
         self.imu: Samples | None = None
         self.tells_of_no_odometry = False
-        """Whether a finding says that none is used, and what comes of it."""
+        """Whether a finding reports that no odometry is used, and the consequences."""
         self.left_out_topic: str | None = None
-        """Of odometry that is there, but not worth reading."""
+        """Topic of odometry that exists but is not worth reading."""
         self._store, self._findings = store, findings
         self._scan_topic, self._scan_frame = scans.topic.name, scans.frames[0]
         self._integrate_twist = False
@@ -46,8 +46,8 @@ class MotionSources:
         use_imu: bool,
         is_place_given: bool,
     ) -> FrameLinks:
-        """Find out what there is; the links, unless nothing is asked of them. Raises UserError where a named
-        topic holds none."""
+        """Find the sources; returns the links, if they are needed. Raises UserError when a named topic has no
+        motion."""
         source = self._open_odometry(odom_topic) if use_odometry else PoseSource.POSE
         wants_links = source in (PoseSource.NOTHING, PoseSource.STANDING)
         self._open_imu(imu_topic, use_imu)
@@ -58,33 +58,33 @@ class MotionSources:
         return links
 
     def leave_out_odometry(self) -> None:
-        """Read none, for which a finding gives the reason."""
+        """Read no odometry, for the reason that a finding gives."""
         self.left_out_topic = self.odometry.topic.name if self.odometry else None
         self.odometry = self.odometry_links = None
         self.tells_of_no_odometry = True
 
     @property
     def odometry_topics(self) -> list[str]:
-        """All topics that the odometry is read from."""
+        """All topics that odometry is read from."""
         of_links = self.odometry_links.topics if self.odometry_links else ()
         return [*([self.odometry.topic.name] if self.odometry else []), *of_links]
 
     @property
     def odometry_child(self) -> str:
-        """The frame that moves; empty where none is named."""
+        """The frame that moves; empty if none is named."""
         if self.odometry_links is not None:
             return self.odometry_links.base_frame
         return frame_name(self.odometry.messages[0].child_frame_id) if self.odometry else ""
 
     def odometry_converter(self, counts: Counter[str]) -> Converter[Odometry]:
-        """Of the messages on its topics; counts what it mends."""
+        """Converter for the messages on its topics; counts what it corrects."""
         if self.odometry_links is not None:
             return TransformOdometryConverter(self.odometry_links, counts)
         assert self.odometry is not None
         return ODOMETRY_CONVERTERS[self.odometry.topic.message_type](self._integrate_twist, counts)
 
     def _open_odometry(self, odom_topic: str | None) -> PoseSource:
-        """Choose a topic of Odometry messages; what there is of motion in it."""
+        """Choose a topic of Odometry messages; returns what shows motion on it."""
         types = (*ODOMETRY_CONVERTERS, *(TRANSFORM_TYPES if odom_topic else ()))
         topic = choose_odometry(self._store.topics, types, odom_topic, self._scan_topic, self._findings)
         if topic is None or topic.message_type in TRANSFORM_TYPES:
@@ -111,7 +111,7 @@ class MotionSources:
         self.imu = samples if samples and samples.messages else None
 
     def _look_at_links(self, wants_odometry: bool) -> FrameLinks:
-        """The links among the frames of the car that took the scans."""
+        """Links between the frames of the car that took the scans."""
         frame, found = self._scan_frame, FrameLinks()
         for topics in transform_topics(self._store.topics, self._scan_topic):
             links = look_at_links(topics, partial(decoded, self._store), frame, wants_odometry)
@@ -121,7 +121,7 @@ class MotionSources:
         return found
 
     def _open_odometry_links(self, links: FrameLinks, source: PoseSource) -> None:
-        """Take the odometry from transforms, where they show the car moving; else say what there is."""
+        """Use odometry from transforms if they show the car moving; otherwise report what there is."""
         found = links.odometry(self._scan_frame)
         if found is not None and found.driving.is_contested and self._named_transforms is None:
             self.tells_of_no_odometry = True

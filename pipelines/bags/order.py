@@ -1,4 +1,4 @@
-"""Scans, odometry and yaw rates in the order of their stamps."""
+"""Sorting of scans, odometry and yaw rates by stamp."""
 
 import heapq
 from collections import Counter, deque
@@ -10,28 +10,28 @@ from racecar.sensors.scan import Scan
 from racecar.sensors.yaw_rate import YawRate
 
 _KINDS = (YawRate, Odometry, Scan)
-"""Of equal stamps the first goes first, so that a scan comes after the motion that it needs."""
+"""Order of equal stamps: a scan follows the motion that it needs."""
 
 _HORIZON = 1_000_000_000
-"""Nanoseconds of log within which messages are sorted; drivers and recorders delay by less: by judgement."""
+"""Nanoseconds of log within which messages are sorted; delays are shorter. Chosen by judgement."""
 _MOST_WAITING = 10_000
-"""Messages, so that memory does not grow where stamps stand still."""
+"""Messages, so memory does not grow if stamps stand still."""
 _OVERTAKEN_FAR, _OVERTAKEN = 2000, 20
-"""A message that so many later ones went before is astray, with a jump of the stamp after fewer: by
-judgement."""
+"""A message overtaken by this many later ones is stray; after a jump of its stamp, by the smaller number.
+Chosen by judgement."""
 _JUMP = 2_000_000_000
-"""Nanoseconds that a stamp is ahead of all before: more than sorting leaves, since that looks 1 s ahead."""
+"""Nanoseconds by which a stamp is ahead of all before; more than sorting leaves, which looks 1 s ahead."""
 _LONGEST_WAIT = 500_000_000
-"""Nanoseconds for odometry; a bag whose odometry pauses for longer is mapped by its scans: by judgement."""
+"""Nanoseconds to wait for odometry; after that, the bag is mapped by its scans. Chosen by judgement."""
 
 
 def in_order(items: Iterable[Measurement], counts: Counter[str]) -> Iterator[Measurement]:
-    """Sort what is out of order by up to a second; drop, and count, what comes later than that or twice.
+    """Sort items that are out of order by up to a second; drop and count duplicates and later ones.
 
-    Of equal stamps the yaw rate goes first, and the scan last.
+    For equal stamps the yaw rate comes first and the scan last.
     """
     waiting: list[tuple[int, int, int, Measurement]] = []
-    # The second newest stamp drives time on, so that one stamp far in the future cannot.
+    # Time advances with the second newest stamp, so a single stamp far in the future cannot advance it.
     newest = second = -(2**63)
     released = _Released(counts)
     for arrival, item in enumerate(items):
@@ -50,7 +50,7 @@ def in_order(items: Iterable[Measurement], counts: Counter[str]) -> Iterator[Mea
 
 
 class _Released:
-    """Remembers what went out, to refuse what must not follow it."""
+    """Remembers what was passed on, to refuse what must not follow it."""
 
     def __init__(self, counts: Counter[str]) -> None:
         self._counts = counts
@@ -75,7 +75,7 @@ class _Released:
 def after_their_motion(
     items: Iterable[Measurement], counts: Counter[str], *, has_odometry: bool
 ) -> Iterator[Measurement]:
-    """Hold each scan back until odometry and yaw rates cover its last beam, or half a second of log has
+    """Delay each scan until odometry and yaw rates cover its last beam, or half a second of log has
     passed."""
     held = HeldScans(counts, has_odometry=has_odometry)
     for item in items:
@@ -84,7 +84,7 @@ def after_their_motion(
 
 
 class HeldScans:
-    """Scans that wait for the odometry that covers them, and for the yaw rates while these come."""
+    """Scans waiting for the odometry that covers them, and for yaw rates while there are any."""
 
     def __init__(self, counts: Counter[str], *, has_odometry: bool = True) -> None:
         self._counts = counts
@@ -93,7 +93,7 @@ class HeldScans:
         self._covered, self._covered_by_gyro = -(2**63), -(2**63)
 
     def add(self, item: Measurement) -> Iterator[Measurement]:
-        """Take an item in the order of time; what need not wait any longer."""
+        """Add an item in time order; yields items that need not wait any longer."""
         if isinstance(item, Scan):
             self._waiting.append((item.stamp + int(max(item.time_offsets.max(), 0.0) * 1e9), item))
         else:
@@ -111,7 +111,7 @@ class HeldScans:
             yield scan
 
     def rest(self) -> Iterator[Measurement]:
-        """All that still wait."""
+        """All items still waiting."""
         while self._waiting:
             end, scan = self._waiting.popleft()
             self._count(end)

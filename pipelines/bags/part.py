@@ -1,4 +1,4 @@
-"""A part of a recording, by when its messages were recorded."""
+"""A part of a recording, by the recording times of its messages."""
 
 import math
 from collections import Counter
@@ -10,18 +10,18 @@ from racecar.pipelines.bags.storage.chunks import RawMessage
 from racecar.pipelines.bags.storage.store import BagStore
 
 _LONGEST = 1e9
-"""Seconds, 32 years, so that nanoseconds fit into 64 bits."""
+"""Seconds, 32 years; their nanoseconds fit into 64 bits."""
 
 
 @dataclass(frozen=True)
 class BagPart:
-    """From ``start`` seconds after the bag's first message on, for ``duration`` seconds or to its end."""
+    """Starts ``start`` seconds after the bag's first message and lasts ``duration`` seconds or to its end."""
 
     start: float = 0.0
     duration: float | None = None
 
     def __post_init__(self) -> None:
-        """Raises UserError when the numbers are not seconds."""
+        """Raises UserError when the numbers are not valid seconds."""
         if not 0.0 <= self.start <= _LONGEST:
             raise UserError(f"The part of the bag cannot start at {self.start:g} s; give 0 s or more.")
         if self.duration is not None and not 0.0 < self.duration < math.inf:
@@ -29,17 +29,17 @@ class BagPart:
 
     @property
     def is_whole(self) -> bool:
-        """Whether nothing is left out."""
+        """Whether this is the whole bag."""
         return self.start == 0.0 and self.duration is None
 
     @property
     def words(self) -> str:
-        """For people."""
+        """Description for users."""
         end = "the end" if self.duration is None else f"{self.start + self.duration:g} s"
         return f"{self.start:g} s to {end}"
 
     def messages(self, store: BagStore, topics: Collection[str]) -> Iterator[RawMessage]:
-        """Those of a bag's topics that were recorded in the part."""
+        """Messages of a bag's topics that were recorded in this part."""
         if self.is_whole:
             yield from store.messages(topics)
             return
@@ -52,13 +52,13 @@ class BagPart:
                 yield message
 
     def counts(self, store: BagStore, topics: Collection[str]) -> Counter[str]:
-        """Messages by topic; those of a part are counted by reading it."""
+        """Messages by topic; to count those of a part, it is read."""
         if self.is_whole:
             return Counter({name: store.topics[name].message_count for name in topics})
         return Counter(name for name, _, _ in self.messages(store, topics))
 
     def require(self, store: BagStore, topics: Collection[str]) -> None:
-        """Raises UserError when the part holds none of a bag's messages of these topics."""
+        """Raises UserError when the part has no message of these topics."""
         if not self.is_whole and next(self.messages(store, topics), None) is None:
             times = [time for _, time, _ in store.messages(topics)]
             span = ""

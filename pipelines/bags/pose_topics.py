@@ -1,4 +1,4 @@
-"""A trajectory that a bag holds as a topic of poses."""
+"""A trajectory that a bag contains as a topic of poses."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -23,14 +23,14 @@ _POSES: Mapping[str, Callable[[Any], Any]] = {
     POSE_WITH_COVARIANCE: lambda message: message.pose.pose,
     POSE: lambda message: message.pose,
 }
-"""What of a message is the pose, by message type."""
+"""Extracts the pose of a message, by message type."""
 
 
 def load_pose_topic(bag: Path, name: str) -> tuple[Trajectory, list[Finding]]:
-    """The poses of a topic at the stamps of its messages, or when those without were recorded; and what was
-    left out.
+    """Poses of a topic at the stamps of its messages, or their recording times if they have none; and
+    findings on those dropped.
 
-    Raises UserError when the path holds no bag, the topic is not in it or not of poses, or none is usable.
+    Raises UserError when the path is not a bag, or the topic is missing, has no poses, or none is usable.
     """
     with closing(BagStore(bag)) as store:
         topic = named_topic(store.topics, list(_POSES), name, "Poses")
@@ -55,6 +55,6 @@ def load_pose_topic(bag: Path, name: str) -> tuple[Trajectory, list[Finding]]:
 
 
 def pose_topics(bag: Path) -> list[str]:
-    """The names of a bag's topics of poses. Raises UserError when the path holds no bag."""
+    """Names of a bag's topics of poses. Raises UserError when the path is not a bag."""
     with closing(BagStore(bag)) as store:
         return [topic.name for topic in store.topics.values() if topic.message_type in _POSES]

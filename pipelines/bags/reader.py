@@ -1,4 +1,4 @@
-"""A bag as a stream of measurements; whatever is wrong with real logs is mended or counted."""
+"""A bag as a stream of measurements; the faults of real logs are corrected or counted."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
@@ -36,15 +36,14 @@ from racecar.sensors.measurement import Measurement
 from racecar.sensors.scan import Scan
 
 _LONGEST_SWEEP = 1.0
-"""Seconds; the slowest scanners, of the RPLIDAR kind, turn twice a second."""
+"""Seconds; the slowest scanners, such as RPLIDARs, turn twice a second."""
 
 
 class BagReader:
-    """Scans, odometry and yaw rates of a bag in the order of time; memory does not grow with the bag.
+    """Scans, odometry and yaw rates of a bag in time order; memory does not grow with the bag.
 
-    A scan comes after the motion that covers its last beam, or half a second of log later. Iterating
-    again starts afresh, and ends in a UserError when not one scan was usable. Close it, or use it as a
-    context manager.
+    A scan follows the motion that covers its last beam, or half a second of log later. Iterating again
+    restarts, and raises UserError at the end if no scan was usable. Close it, or use it as a context manager.
     """
 
     def __init__(
@@ -61,18 +60,18 @@ class BagReader:
         duration: float | None = None,
         sensors: SensorConfig | None = None,
     ) -> None:
-        """Open a bag and find out what it holds.
+        """Open a bag and find out what it contains.
 
-        Of several ``scan_topic`` all scans are read, each with the place of its own frame.
-        ``base_from_laser`` (3,), or (4,) with a roll, overrides the transforms in the bag. What was recorded
-        before ``start``, in seconds since the bag's first message, is left out, and so is what came
-        ``duration`` seconds later. ``sensors`` says what of their readings counts. Raises UserError when the
-        path holds no bag, a named topic is not in it, or not one scan can be read.
+        With several ``scan_topic`` all scans are read, each placed by its own frame. ``base_from_laser``
+        (3,), or (4,) with a roll, overrides the transforms in the bag. Only messages recorded from ``start``
+        seconds after the bag's first message are read, for ``duration`` seconds. ``sensors`` configures which
+        readings count. Raises UserError when the path is not a bag, a named topic is not in it, or no scan
+        can be read.
         """
         self.sensors = sensors or SensorConfig()
-        """What of their readings counts, from the next iteration on."""
+        """Which readings count, from the next iteration on."""
         self.part = BagPart(start, duration)
-        """What is read of the bag."""
+        """The part of the bag that is read."""
         self.path = Path(path)
         self._store = BagStore(self.path)
         self._findings: list[Finding] = []
@@ -80,7 +79,7 @@ class BagReader:
         self._corrections = NO_CORRECTIONS
         try:
             self.fingerprint = bag_fingerprint(self.path)
-            """A digest of the bag's content."""
+            """Digest of the bag's content."""
             named = [scan_topic] if isinstance(scan_topic, str) else list(scan_topic or ())
             self._open_scans(named)
             self._motion = MotionSources(self._store, self._scans[0], self._findings)
@@ -100,7 +99,7 @@ class BagReader:
             self._store.close()
             raise
         self.heard = Heard()
-        """What was met of the chosen topics; grows while iterating."""
+        """Statistics of the chosen topics; grows while iterating."""
 
     def __enter__(self) -> "BagReader":
         return self
@@ -113,7 +112,7 @@ class BagReader:
         self._store.close()
 
     def correct(self, corrections: Corrections) -> None:
-        """From the next iteration on, read with what was found out about the sensors."""
+        """Set the corrections of the sensors, from the next iteration on."""
         self._corrections = corrections
         if not corrections.uses_odometry:
             self._motion.leave_out_odometry()
@@ -125,7 +124,7 @@ class BagReader:
 
     @property
     def scan_topic(self) -> str:
-        """Topic of the scans; of several, the first."""
+        """Topic of the scans; the first of several."""
         return self._scans[0].topic.name
 
     @property
@@ -145,30 +144,30 @@ class BagReader:
 
     @property
     def tells_of_no_odometry(self) -> bool:
-        """Whether a finding says that none is used, and what comes of it."""
+        """Whether a finding reports that no odometry is used, and the consequences."""
         return self._motion.tells_of_no_odometry
 
     @property
     def left_out_odom_topic(self) -> str | None:
-        """Topic of odometry that is there but not used, for which a finding gives the reason."""
+        """Topic of odometry that exists but is not used, for the reason that a finding gives."""
         return self._motion.left_out_topic
 
     @property
     def odometry_source(self) -> str:
-        """The odometry's topic, and of transforms the links it is made of."""
+        """The odometry's topic, and its links if it is from transforms."""
         if self._motion.odometry_links is not None:
             return f"{self.odom_topic}: {self._motion.odometry_links}, for there is no usable Odometry topic"
         return self.odom_topic or "none"
 
     @property
     def base_from_laser(self) -> Pose:
-        """(3,) the first sensor's place on the car."""
+        """(3,) place of the first sensor on the car."""
         corrected = self._corrections.base_from_laser
         return self._frames.placed(self._scan_frame).pose if corrected is None else corrected
 
     @property
     def laser_is_upside_down(self) -> bool:
-        """Whether the first sensor counts its bearings clockwise, seen from above."""
+        """Whether the first sensor's bearings run clockwise, seen from above."""
         return self._corrections.is_upside_down != self._frames.placed(self._scan_frame).is_upside_down
 
     @property
@@ -179,14 +178,14 @@ class BagReader:
 
     @property
     def header_offsets(self) -> tuple[int | None, int | None]:
-        """Nanoseconds that the stamps of scans and of odometry are ahead of when they were recorded; None
-        where that is not known."""
+        """Nanoseconds by which the stamps of scans and odometry are ahead of their recording times; None if
+        unknown."""
         odometry = self._motion.odometry
         return self._scans[0].clock_offset, odometry.clock_offset if odometry else None
 
     @property
     def inputs(self) -> dict[str, object]:
-        """What is read, and what is assumed of the car, for reports."""
+        """What is read and assumed about the car, for reports."""
         inputs: dict[str, object] = {
             "bag_fingerprint": self.fingerprint,
             **({} if self.part.is_whole else {"part": asdict(self.part)}),
@@ -212,22 +211,22 @@ class BagReader:
 
     @cached_property
     def message_count(self) -> int:
-        """Messages of the chosen topics that the bag announces, or that the part of it holds."""
+        """Messages of the chosen topics announced by the bag, or counted in the part of it."""
         return self.part.counts(self._store, self._streams()).total()
 
     @property
     def messages_read(self) -> int:
-        """Of the chosen topics, in this iteration so far."""
+        """Messages of the chosen topics read in this iteration."""
         return self.heard.messages
 
     @property
     def counts(self) -> dict[str, int]:
-        """What was read, mended and dropped so far: scans and odometry always, all else if it occurred."""
+        """What was read, corrected and dropped so far: scans and odometry always, others if not zero."""
         return self.heard.told_counts(self._store.unreadable_messages)
 
     @property
     def findings(self) -> list[Finding]:
-        """What is wrong with the bag; complete after iterating."""
+        """Findings about the bag; complete after iterating."""
         return [
             *(Finding("bag_damaged", loss=loss) for loss in self._store.losses),
             *self._store.notes,
@@ -239,17 +238,17 @@ class BagReader:
 
     @property
     def _place_findings(self) -> list[Finding]:
-        """What is doubtful about the places of the sensors, unless it was corrected."""
+        """Doubts about the places of the sensors, unless corrected."""
         places = self._frames.places.values() if self._corrections.base_from_laser is None else ()
         return [finding for place in places for finding in place.findings]
 
     @property
     def warnings(self) -> list[str]:
-        """The findings as sentences for people."""
+        """The findings as sentences for users."""
         return [finding.sentence for finding in self.findings]
 
     def require_returns(self) -> None:
-        """Raises UserError when no beam of the scans read so far met anything."""
+        """Raises UserError when no beam of the scans read so far hit anything."""
         if self.heard.scans.count and self.heard.scans.farthest == 0.0:
             told = " ".join(finding.sentence for finding in self.findings if finding.spoils_map)
             raise UserError(f"{self.path} shows nothing: {told}")
@@ -297,12 +296,12 @@ class BagReader:
         return self._scans[0].frames[0]
 
     def _streams(self) -> list[str]:
-        """The topics that are read."""
+        """Topics that are read."""
         of_imu = [self._motion.imu.topic.name] if self._motion.imu else []
         return list(dict.fromkeys([*self.scan_topics, *self._motion.odometry_topics, *of_imu]))
 
     def _items(self) -> Iterator[Measurement]:
-        """What the messages hold, in the order of recording."""
+        """Measurements in the order of recording."""
         converters, clocks = self._converters(), self._clocks()
         corrector = Corrector(self._corrections)
         for name, recorded, data in self.part.messages(self._store, list(clocks)):
@@ -318,7 +317,7 @@ class BagReader:
             yield from map(corrector.correct, _converted(clock.rest(), converters))
 
     def _converters(self) -> dict[str, Converter[Measurement]]:
-        """By topic."""
+        """Converters by topic."""
         numbers: dict[tuple[str, str], int] = {}
         converters: dict[str, Converter[Measurement]] = {
             samples.topic.name: FramedScanConverter(
@@ -347,7 +346,7 @@ class BagReader:
         return SCAN_CONVERTERS[samples.topic.message_type](setup, self.heard.counts)
 
     def _clocks(self) -> dict[str, RecordedStamps[tuple[str, Any]]]:
-        """A clock per chosen topic; a topic without stamps of its own keeps to the other's clock."""
+        """A clock for each chosen topic; a topic without stamps of its own uses that of the other."""
         chosen = [*self._scans, *(each for each in (self._motion.imu, self._motion.odometry) if each)]
         known = [samples.clock_offset for samples in chosen if samples.clock_offset is not None]
         shared = SteadyClock(offset=known[0] if known else 0)
@@ -365,7 +364,7 @@ class BagReader:
 def _converted(
     settled: Iterable[tuple[tuple[str, Any], int]], converters: Mapping[str, Converter[Measurement]]
 ) -> Iterator[Measurement]:
-    """What stamped messages hold, of which each comes with its topic."""
+    """Convert stamped messages, each paired with its topic."""
     for (name, message), stamp in settled:
         item = converters[name].convert(message, stamp)
         if item is not None:
@@ -373,6 +372,6 @@ def _converted(
 
 
 def _type_names(message_types: Iterable[str]) -> str:
-    """Such as "LaserScan or PointCloud2"."""
+    """Type names for users, such as "LaserScan or PointCloud2"."""
     *others, last = (name.rpartition("/")[2] for name in message_types)
     return f"{', '.join(others)} or {last}" if others else last

@@ -1,7 +1,7 @@
-"""Scans that repeat the one before them to the last bit while the car moves: they show nothing new.
+"""Scans that repeat the previous one bit for bit while the car moves, and so contain nothing new.
 
-The noise of a laser never repeats a scan. A simulator's may, but only while its car stands; so a driver, or
-whatever hands its scans on, is stuck, and its scans are worth no more than a gap.
+Laser noise never repeats a scan. A simulator may, but only while its car stands. So a driver, or a node that
+forwards its scans, is stuck, and its scans are no better than a gap.
 """
 
 import math
@@ -15,44 +15,44 @@ from racecar.sensors.odometry import Odometry, is_jump
 from racecar.sensors.scan import Scan
 
 _MOVED = 0.02
-"""Metres or radians that odometry moves at least before a repeated scan is left out: the cells of coarse
-simulators, which show the same from all places within one."""
+"""Least motion of the odometry, in metres or radians, before a repeated scan is dropped: the cell size of
+coarse simulators, which return the same scan from anywhere within a cell."""
 _DRIFT_WITHIN = 1_000_000_000
-"""Nanoseconds in which it must do so, since the odometry of a car that stands may creep: by judgement."""
+"""Nanoseconds within which it must do so; a standing car's odometry may drift. Chosen by judgement."""
 _FEWEST_RETURNS = 20
-"""Of a scan; fewer ranges, read coarsely, may be the same by chance, and blank scans are. By judgement."""
+"""Returns per scan; fewer coarse ranges may be equal by chance, and blank scans are. Chosen by judgement."""
 _LONG = 0.5
-"""Seconds of repeats from which they are reported: odometry that is stamped late still moves when a simulated
-car stands already. By judgement."""
+"""Seconds of repeats from which they are reported. Odometry that is stamped late still moves when a simulated
+car already stands. Chosen by judgement."""
 _MOST = 0.5
-"""Of the recording: more is spent blind than seeing. By judgement."""
+"""Share of the recording from which it is more blind than seeing. Chosen by judgement."""
 
 
 @dataclass(eq=False)
 class _Run:
-    """A new scan of one laser, and what the odometry did while it was repeated."""
+    """A new scan of one laser, and the odometry's motion while it was repeated."""
 
     scan: Scan
     since: int
-    """Stamp at which the odometry was at ``start``."""
+    """Stamp of the odometry at ``start``."""
     start: Pose | None
     """(3,)"""
     moved_from: int = 0
     moved_until: int | None = None
-    """Stamps of the first and last repeat before which the odometry moved, without a long stop between."""
+    """Stamps of the first and last repeat before which the odometry moved without a long stop in between."""
 
     @property
     def seconds(self) -> float:
-        """For which the odometry moved."""
+        """Seconds for which the odometry moved."""
         return 0.0 if self.moved_until is None else (self.moved_until - self.moved_from) * 1e-9
 
     def is_stuck(self, stamp: int) -> bool:
-        """Whether a repeat with a stamp is of a laser that no longer sees, and not of a car that stands."""
+        """Whether a repeat with this stamp is from a stuck laser instead of a standing car."""
         is_moving = self.moved_until is not None and stamp - self.moved_until < _DRIFT_WITHIN
         return is_moving or self.seconds > _LONG
 
     def moves_to(self, pose: Pose, stamp: int) -> bool:
-        """Whether the odometry moved until it was at a pose (3,)."""
+        """Whether the odometry moved up to a pose (3,)."""
         is_fresh = self.start is None or is_jump(self.start, pose, (stamp - self.since) * 1e-9)
         x, y, turn = (IDENTITY if is_fresh or self.start is None else pose - self.start).tolist()
         has_moved = max(math.hypot(x, y), abs(math.remainder(turn, math.tau))) > _MOVED
@@ -65,11 +65,11 @@ class _Run:
 
 
 class RepeatedScans:
-    """Finds the repeats among the scans of a drive, which come in the order of time with its odometry."""
+    """Finds repeated scans in a drive; scans and odometry come in time order."""
 
     def __init__(self) -> None:
         self.count = 0
-        """Repeats of a laser that no longer sees."""
+        """Repeats by a stuck laser."""
         self._pose: Pose | None = None
         self._runs: dict[int, _Run] = {}
         self._first: int | None = None
@@ -78,11 +78,11 @@ class RepeatedScans:
         self._listed: float | None = None
 
     def add_odometry(self, odometry: Odometry) -> None:
-        """Take note of the latest motion."""
+        """Update the latest motion."""
         self._pose = odometry.odom_from_base
 
     def is_repeat(self, scan: Scan) -> bool:
-        """Whether the next scan is the one before over again, although the odometry moved in between."""
+        """Whether the next scan repeats the previous one although the odometry moved in between."""
         self._first = scan.stamp if self._first is None else self._first
         self._last = scan.stamp
         run = self._runs.get(scan.laser)
@@ -98,12 +98,12 @@ class RepeatedScans:
 
     @property
     def is_stuck(self) -> bool:
-        """Whether a laser shows the same for long by now, while the odometry moves."""
+        """Whether a laser has been repeating its scan for long while the odometry moves."""
         return any(run.seconds > _LONG for run in self._runs.values())
 
     @property
     def findings(self) -> list[Finding]:
-        """All repeats in one sentence, where they are many."""
+        """All repeats in one sentence, if there are many."""
         if self._first is None or self._listed is None:
             return []
         return [
@@ -117,7 +117,7 @@ class RepeatedScans:
         ]
 
     def _note(self, run: _Run, before: float) -> None:
-        """A run goes on that lasted so many seconds ``before``."""
+        """Record a run that continues, which lasted ``before`` seconds until now."""
         self._longest = max(self._longest, run.seconds)
         if run.seconds > _LONG:
             if self._listed is None and self._first is not None:
@@ -126,7 +126,7 @@ class RepeatedScans:
 
 
 def _is_same(scan: Scan, before: Scan) -> bool:
-    """Whether ranges are the same to the last bit, and enough of them to mean something."""
+    """Whether ranges are equal bit for bit, and enough of them to be significant."""
     return np.array_equal(scan.ranges, before.ranges, equal_nan=True) and (
         int(np.count_nonzero(before.is_return)) >= _FEWEST_RETURNS
     )

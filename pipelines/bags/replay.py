@@ -1,4 +1,4 @@
-"""Feeding scans, odometry and yaw rates to whatever takes them: a mapper, a localizer, a check of a bag."""
+"""Replays scans, odometry and yaw rates to a consumer: a mapper, a localizer, or a check of a bag."""
 
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -15,30 +15,30 @@ T_co = TypeVar("T_co", covariant=True)
 
 
 class ScanConsumer(Protocol[T_co]):
-    """What measurements are fed to, in the order of time."""
+    """Consumer of measurements in time order."""
 
     def add_odometry(self, odometry: Odometry) -> None:
-        """Take a sample."""
+        """Add an odometry sample."""
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
-        """Take a sample of a gyroscope."""
+        """Add a gyroscope sample."""
 
     def add_scan(self, scan: Scan) -> T_co:
-        """Take a scan; the answer to it, such as a pose."""
+        """Add a scan; returns the answer to it, such as a pose."""
 
 
 @dataclass(frozen=True, eq=False)
 class Replayed(Generic[T]):
-    """A scan of a replay and the answer to it."""
+    """A replayed scan and the answer to it."""
 
     scan: Scan
     answer: T
     seconds: float
-    """That the answer took."""
+    """Time that the answer took."""
 
 
 def feed(message: Measurement, consumer: ScanConsumer[T]) -> T | None:
-    """Hand one message on; the answer to a scan, None for the others."""
+    """Pass one message on; returns the answer to a scan, None for others."""
     if isinstance(message, Scan):
         return consumer.add_scan(message)
     if isinstance(message, YawRate):
@@ -53,7 +53,7 @@ def replay(
     consumer: ScanConsumer[T],
     clock: Callable[[], float] = time.perf_counter,
 ) -> Iterator[Replayed[T]]:
-    """Feed all messages; yields every scan with the answer to it, timed by a ``clock`` in seconds."""
+    """Replay all messages; yields every scan with its answer, timed by a ``clock`` in seconds."""
     for message in messages:
         if isinstance(message, Scan):
             began = clock()

@@ -1,4 +1,4 @@
-"""The first messages of a topic, which are looked at before the bag is read."""
+"""The first messages of a topic, examined before the bag is read."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -13,15 +13,15 @@ from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.pipelines.bags.storage.store import BagStore
 
 _COUNT = 25
-"""Messages looked at beforehand: enough for medians of their spacing, and read in no time."""
+"""Messages examined in advance: enough for the median of their spacing, and read instantly."""
 _LARGEST, _LARGEST_CLOUD = 1 << 20, 72 << 20
-"""Bytes of a message: the finest planar scanners have 25 000 beams, each of 8 bytes, and the finest depth
-cameras 1920 x 1080 points, each of 32 bytes. Larger ones would cost minutes and gigabytes."""
+"""Bytes of a message. The finest planar scanners have 25 000 beams of 8 bytes, and the finest depth cameras
+1920 x 1080 points of 32 bytes. Larger messages would cost minutes and gigabytes."""
 
 
 @dataclass(frozen=True)
 class Samples:
-    """The first messages of a topic, with their recording times and the stamps of their headers."""
+    """The first messages of a topic, with their recording times and header stamps."""
 
     topic: BagTopic
     recorded: list[int]
@@ -30,7 +30,7 @@ class Samples:
 
     @property
     def clock_offset(self) -> int | None:
-        """Nanoseconds that headers are ahead of when they were recorded; None where they hold no time."""
+        """Nanoseconds by which headers are ahead of their recording times; None if they have no time."""
         if len(set(self.headers)) < min(len(self.headers), 2) or not any(self.headers):
             return None
         offsets = sorted(
@@ -45,7 +45,7 @@ class Samples:
         return [frame_name(message.header.frame_id) for message in self.messages]
 
     def gap(self, frame: str) -> float:
-        """Seconds between the scans of one frame, or of all where it is not among them."""
+        """Seconds between the scans of one frame, or of all if it is not among them."""
         stamps = self.headers if self.clock_offset else self.recorded
         of_frame = [stamp for stamp, each in zip(stamps, self.frames, strict=True) if each == frame]
         steps = np.diff(sorted(of_frame if len(of_frame) > 1 else stamps))
@@ -53,7 +53,7 @@ class Samples:
 
 
 def first_samples(store: BagStore, topic: BagTopic, converter: Converter[Any] | None = None) -> Samples:
-    """Those that concern a converter."""
+    """The first messages of a topic that a converter uses."""
     recorded, headers, messages = [], [], []
     for _, time, message in decoded(store, [topic.name]):
         header = stamp_of(message, converter)
@@ -69,7 +69,7 @@ def first_samples(store: BagStore, topic: BagTopic, converter: Converter[Any] | 
 def decoded(
     store: BagStore, names: Sequence[str], counts: Counter[str] | None = None
 ) -> Iterator[tuple[str, int, Any]]:
-    """Topic, recording time and content of the messages that can be decoded; others go into the counts."""
+    """Topic, recording time and content of the messages that can be decoded; others are counted."""
     counts = Counter() if counts is None else counts
     names = [name for name in names if store.topics[name].message_count]
     for name, recorded, data in store.messages(names) if names else ():
@@ -79,12 +79,12 @@ def decoded(
 
 
 def decode_or_count(topic: BagTopic, data: bytes, counts: Counter[str]) -> Any | None:
-    """The message; None where it is damaged or larger than any sensor's, which is counted."""
+    """The message; None if it is damaged or larger than any sensor's, which is counted."""
     if len(data) > (_LARGEST_CLOUD if topic.message_type == POINT_CLOUD else _LARGEST):
         counts["oversized_messages"] += 1
         return None
     try:
         return decode(topic, data)
-    except Exception:  # whatever deserializing damaged bytes raises
+    except Exception:  # any error that deserializing damaged bytes raises
         counts["undecodable_messages"] += 1
         return None

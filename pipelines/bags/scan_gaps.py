@@ -9,26 +9,26 @@ from racecar.sensors.findings import Finding
 from racecar.sensors.scan import Scan
 
 _LONG = 10.0
-"""Seconds between two scans; more is worth reporting, since few recorders pause for so long: by judgement."""
+"""Seconds between scans from which a gap is reported; few recorders pause that long. Chosen by judgement."""
 _NOTABLE = 1.0
-"""Seconds; a gap as long is worth reporting where the car drove meanwhile, by judgement."""
+"""Seconds from which a gap is reported if the car drove meanwhile. Chosen by judgement."""
 _DRIVEN = 2.0
-"""Metres by the wheels within a gap from which what is seen before and after it may differ, by judgement."""
+"""Metres driven within a gap from which scans before and after it may differ. Chosen by judgement."""
 _TIMES_THE_USUAL = 5.0
-"""Times as long as between the scans before, so that scans that are rare throughout are no gaps."""
+"""Ratio to the usual spacing of scans, so scans that are rare throughout are not gaps."""
 _USUAL_OF = 25
-"""Scans whose spacing is the usual one."""
+"""Scans that determine the usual spacing."""
 _LISTED = 5
-"""So that the sentence stays readable."""
+"""Most gaps listed, so the sentence stays readable."""
 
 
 @dataclass(frozen=True)
 class _Gap:
     seconds: float
     after: int
-    """Scans before it."""
+    """Number of scans before it."""
     metres: float
-    """By the wheels; 0 also where there are none."""
+    """Metres by the wheels; 0 if there are none."""
 
     def __str__(self) -> str:
         driven = f", in which the wheels drove {self.metres:.1f} m" if self.metres >= _DRIVEN else ""
@@ -36,7 +36,7 @@ class _Gap:
 
 
 class ScanGaps:
-    """Takes note of the scans of a bag as they come; remembers where the first gaps were."""
+    """Finds gaps as the scans of a bag are added; remembers where the first ones were."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -48,7 +48,7 @@ class ScanGaps:
         self._listed: list[_Gap] = []
 
     def add(self, scan: Scan, path: float) -> None:
-        """Take note of the next scan, before which the wheels drove so many metres since the beginning."""
+        """Add the next scan; ``path`` is the distance in metres by the wheels since the start."""
         seconds = 0.0 if self._last_stamp is None else (scan.stamp - self._last_stamp) * 1e-9
         metres = path - self._last_path
         if self._is_gap(seconds, metres):

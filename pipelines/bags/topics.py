@@ -1,4 +1,4 @@
-"""Which of a bag's topics are the scans and which the odometry."""
+"""Which of a bag's topics are the scans and the odometry."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,18 +14,18 @@ from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.sensors.findings import Finding
 
 NOT_WHEELS = ("ground_truth", "groundtruth", "/pf/", "amcl")
-"""Parts of names of odometry topics that carry a solution or the truth instead of dead reckoning."""
+"""In names of odometry topics with a solution or the truth instead of dead reckoning."""
 _NOT_BY_WHEELS = (
     *("camera", "visual", "vio", "t265", "rtabmap", "icp", "rf2o", "laser", "lidar", "lio", "loam"),
     *("slam", "gps", "global", "map", "mocap", "vicon", "truth"),
 )
-"""Parts of names of odometry that cameras, scans or satellites tell: wheels are a witness of their own."""
+"""In names of odometry from cameras, scans or satellites; wheels are an independent source."""
 _PROCESSED = (
     *("filter", "stable", "extrapol", "project", "process", "smooth", "clean", "crop", "throttle"),
     *("downsample", "reduced", "correct", "deskew", "merge", "multi", "combin", "fuse", "virtual", "fake"),
     *("cloud", "depth", "camera", "kinect", "realsense", "obstacle", "clear", "debug", "tilt"),
 )
-"""Parts of names of scans that were computed from others or from images, or that a nodding laser takes."""
+"""In names of scans that were computed from others or from images, or are from a nodding laser."""
 _OF_CAMERAS = (
     "camera",
     "realsense",
@@ -39,12 +39,12 @@ _OF_CAMERAS = (
     "livox",
     "velodyne",
 )
-"""Parts of names of IMUs that sit in other sensors, whose axes are rarely those of the car."""
+"""In names of IMUs inside other sensors, whose axes are rarely those of the car."""
 _RAW = "raw"
 _FIELDS_OF_VIEW = (170.0, 95.0)
-"""Degrees from which on a scanner sees all around or to both sides; depth cameras see 57° to 90°."""
+"""Degrees from which a scanner sees all around or to both sides; depth cameras see 57° to 90°."""
 _LEAST_SHARE = 0.1
-"""Of the messages of the fullest topic; one with fewer is not what a laser publishes all the time."""
+"""Share of the messages on the fullest topic; a laser publishes continuously and has more."""
 
 
 def choose_odometry(
@@ -54,11 +54,11 @@ def choose_odometry(
     near: str,
     findings: list[Finding],
 ) -> BagTopic | None:
-    """The named topic, or else that of the robot to which the topic ``near`` belongs, of wheels rather than
-    of cameras, with most messages; None without any.
+    """The named topic, or else the one with most messages for the robot that the topic ``near`` belongs to,
+    from wheels if possible; None if there is none.
 
-    Where several might be meant, the choice goes into ``findings``.
-    Raises UserError when the named topic is not in the bag or of another type.
+    An ambiguous choice is added to ``findings``. Raises UserError when the named topic is not in the bag or
+    has another type.
     """
     if named is not None:
         return named_topic(topics, types, named, "Odometry messages")
@@ -74,10 +74,10 @@ def choose_odometry(
 def choose_imu(
     topics: Mapping[str, BagTopic], types: Sequence[str], named: str | None, near: str
 ) -> BagTopic | None:
-    """The named topic, or else that of the robot to which the topic ``near`` belongs, in no other sensor,
-    with most messages; None without any.
+    """The named topic, or else the one with most messages for the robot that the topic ``near`` belongs to,
+    not from inside another sensor if possible; None if there is none.
 
-    Raises UserError when the named topic is not in the bag or of another type.
+    Raises UserError when the named topic is not in the bag or has another type.
     """
     if named is not None:
         return named_topic(topics, types, named, "IMU messages")
@@ -85,13 +85,13 @@ def choose_imu(
 
 
 def _of_types(topics: Mapping[str, BagTopic], types: Sequence[str]) -> list[BagTopic]:
-    """Those that hold messages of the types."""
+    """Topics with messages of the types."""
     return [topic for topic in topics.values() if topic.message_type in types and topic.message_count]
 
 
 def _best_of_robot(found: Sequence[BagTopic], near: str, doubtful: Sequence[str]) -> list[BagTopic]:
-    """Topics of the robot that the topic ``near`` belongs to, or else all; those with ``doubtful``
-    parts of names last, and of others the fullest first."""
+    """Topics of the robot that the topic ``near`` belongs to, or else all; those with ``doubtful`` parts in
+    their names last, otherwise the fullest first."""
     robot = namespace_of(near)
     own = [topic for topic in found if robot and topic.name.startswith(robot + "/")]
     return sorted(
@@ -101,20 +101,20 @@ def _best_of_robot(found: Sequence[BagTopic], near: str, doubtful: Sequence[str]
 
 @dataclass(frozen=True)
 class ScanView:
-    """What the first scans of a topic show of its sensor."""
+    """What the first scans of a topic show about its sensor."""
 
     topic: BagTopic
     field_of_view: float
     """Degrees."""
     beams: int
     returns: int
-    """In all of the first scans."""
+    """Total in the first scans."""
     beside: float = 0.0
     """Share of the messages of the fullest topic."""
 
     @classmethod
     def of(cls, topic: BagTopic, messages: Sequence[Any], fullest: int) -> "ScanView":
-        """From the first messages of a topic, LaserScans or others that have ranges."""
+        """Summarize the first messages of a topic, LaserScans or others with ranges."""
         share = topic.message_count / max(fullest, 1)
         messages = [message for message in messages if len(message.ranges) > 1]
         if not messages:
@@ -123,19 +123,19 @@ class ScanView:
         beams = len(first.ranges)
         increments = abs(float(first.angle_increment)) * (beams - 1)
         span = abs(float(first.angle_max) - float(first.angle_min))
-        # A wrong increment is another's concern: here the narrower reading is safe, both rarely being wrong.
+        # A wrong increment is handled elsewhere; the narrower reading is safe, as both are rarely wrong.
         angle = min((each for each in (increments, span) if 0.0 < each < np.inf), default=0.0)
         returns = sum(_returns_of(message) for message in messages)
         return cls(topic, min(float(np.degrees(angle)), 360.0), beams, returns, share)
 
     @property
     def is_processed(self) -> bool:
-        """Whether it was computed from other scans or from images, by its name."""
+        """Whether it was computed from other scans or from images, judging by its name."""
         return _is_named(self.topic, _PROCESSED) and _RAW not in self.topic.name.lower()
 
     @property
     def preference(self) -> tuple[object, ...]:
-        """The larger, the better it is for a map."""
+        """Sort key; larger is better for a map."""
         name = self.topic.name.rpartition("/")[2].lower()
         return (
             self.returns > 0 and self.beside >= _LEAST_SHARE,
@@ -162,12 +162,12 @@ def choose_scans(
     first_messages: Callable[[BagTopic], Sequence[Any]],
     findings: list[Finding],
 ) -> list[BagTopic]:
-    """The named topics, or else one: of the first type present that which looks widest, as a laser sees it.
+    """The named topics, or else one: of the first type present, the one with the widest view, as of a laser.
 
-    Raw scans come before such as were computed from them, and before the narrow ones of depth cameras. One
-    topic only, even where two lasers look front and rear: how exactly each was measured in nobody knows, and
-    a wall that is seen by both comes out twice where it was not. The choice goes into ``findings``.
-    Raises UserError when a named topic is not in the bag or of another type.
+    Raw scans are preferred to processed ones and to the narrow ones of depth cameras. Only one topic is
+    chosen, even if two lasers look front and rear: their mounts may not be measured exactly, and walls that
+    both see would then be doubled. The choice is added to ``findings``. Raises UserError when a named topic
+    is not in the bag or has another type.
     """
     if named:
         chosen = [named_topic(topics, types, name, "Scans") for name in named]
@@ -190,7 +190,7 @@ def _by_view(
     first_messages: Callable[[BagTopic], Sequence[Any]],
     findings: list[Finding],
 ) -> list[BagTopic]:
-    """Topics of lasers, the best first."""
+    """Topics of lasers, best first."""
     fullest = max(topic.message_count for topic in found)
     ordered = sorted(found, key=lambda topic: topic.name)
     views = [ScanView.of(topic, first_messages(topic), fullest) for topic in ordered]
@@ -207,7 +207,7 @@ def _returns_of(message: Any) -> int:
 
 
 def named_topic(topics: Mapping[str, BagTopic], types: Sequence[str], named: str, purpose: str) -> BagTopic:
-    """The topic of this name. Raises UserError when it is not in the bag or of another type."""
+    """The topic with this name. Raises UserError when it is not in the bag or has another type."""
     topic = topics.get(named) or topics.get("/" + named)
     if topic is None:
         close = get_close_matches(named, topics, n=1, cutoff=0.5)
@@ -226,5 +226,5 @@ def _is_named(topic: BagTopic, parts: Sequence[str]) -> bool:
 
 
 def list_topics(topics: Mapping[str, BagTopic]) -> str:
-    """All topics with their types, for people."""
+    """All topics with their types, for users."""
     return ", ".join(f"{topic.name} ({topic.message_type})" for topic in topics.values()) or "none"

@@ -1,4 +1,4 @@
-"""Bags written: they appear whole or not at all."""
+"""Writing bags, which appear complete or not at all."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -55,10 +55,10 @@ _LATCHED = Qos(
 
 
 class BagWriter:
-    """A ROS 1 bag (``*.bag``) or else a ROS 2 bag folder with an mcap file in it; a context manager.
+    """A ROS 1 bag (``*.bag``) or else a ROS 2 bag folder with an mcap file; a context manager.
 
-    Everything is written beside its place and renamed when the block ends without an error. Raises
-    UserError when the place cannot be written to.
+    Everything is written to a temporary path and renamed when the block ends without an error. Raises
+    UserError when the path cannot be written to.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -112,7 +112,7 @@ class BagWriter:
         topic: str = "/scan",
         frame_id: str = "laser",
     ) -> None:
-        """A sweep of N ranges in metres; angles in radians, times in seconds, as in LaserScan."""
+        """Write a sweep of N ranges in metres; angles in radians, times in seconds, as in LaserScan."""
         message = self._messages.laser_scan(
             stamp_ns,
             frame_id,
@@ -134,45 +134,45 @@ class BagWriter:
         child_frame_id: str = "base_link",
         covariance: NDArray[np.float64] | None = None,
     ) -> None:
-        """A sample of odometry, or of any pose over time, with the covariance (3, 3) of x, y and yaw."""
+        """Write a sample of odometry, or of any stamped pose, with the covariance (3, 3) of x, y and yaw."""
         message = self._messages.odometry(
             odometry.stamp, frame_id, child_frame_id, odometry.odom_from_base, odometry.twist, covariance
         )
         self.write_message(topic, ODOMETRY, message, odometry.stamp)
 
     def write_yaw_rate(self, yaw_rate: YawRate, topic: str = "/imu", frame_id: str = "base_link") -> None:
-        """A sample of a gyroscope."""
+        """Write a gyroscope sample."""
         message = self._messages.imu(yaw_rate.stamp, frame_id, yaw_rate.rate)
         self.write_message(topic, IMU, message, yaw_rate.stamp)
 
     def write_transform(self, stamp_ns: int, frame_id: str, child_frame_id: str, pose: Pose) -> None:
-        """Where a frame is in another: ``frame_from_child`` (3,), on ``/tf``."""
+        """Write the pose of a frame in another, ``frame_from_child`` (3,), on ``/tf``."""
         message = self._messages.transform(stamp_ns, frame_id, child_frame_id, pose)
         self.write_message("/tf", TRANSFORMS, message, stamp_ns)
 
     def write_map(
         self, stamp_ns: int, grid: OccupancyGrid, topic: str = "/map", frame_id: str = "map"
     ) -> None:
-        """An occupancy grid; who listens later still gets it."""
+        """Write an occupancy grid; late subscribers receive it too."""
         message = self._messages.occupancy_grid(stamp_ns, frame_id, grid)
         self.write_message(topic, OCCUPANCY_GRID, message, stamp_ns)
 
     def write_poses(self, stamp_ns: int, poses: Pose, topic: str, frame_id: str = "map") -> None:
-        """Poses (N, 3) that belong together, such as particles."""
+        """Write a set of poses (N, 3), such as particles."""
         message = self._messages.pose_array(stamp_ns, frame_id, poses)
         self.write_message(topic, POSE_ARRAY, message, stamp_ns)
 
     def write_path(self, stamps: Sequence[int], poses: Pose, topic: str, frame_id: str = "map") -> None:
-        """Poses (N, 3) over time, N at least 1; recorded at the last of the stamps."""
+        """Write poses (N, 3) over time, N at least 1; recorded at the last stamp."""
         message = self._messages.path(frame_id, stamps, poses)
         self.write_message(topic, PATH, message, stamps[-1])
 
     def write_static_transform(self, base_from_laser: Pose) -> None:
-        """The laser's place on the car; it bears the stamp of the message written next."""
+        """Write the laser's place on the car; it gets the stamp of the next message written."""
         self._static_transforms.append(base_from_laser)
 
     def write_message(self, topic: str, message_type: str, message: Any, stamp_ns: int) -> None:
-        """Any message of the writer's kind of ROS, recorded at ``stamp_ns``."""
+        """Write any message of the writer's ROS version, recorded at ``stamp_ns``."""
         self._write_static_transforms(stamp_ns)
         if topic not in self._connections:
             self._connections[topic] = self._connect(topic, message_type)
@@ -198,7 +198,7 @@ class BagWriter:
 
 
 def _move_up(folder: Path) -> None:
-    """``rosbags`` wants to make the folder itself; its files belong one folder higher."""
+    """``rosbags`` insists on creating the folder itself; its files belong one level higher."""
     for file in folder.iterdir():
         file.rename(folder.parent / file.name)
     folder.rmdir()

@@ -10,7 +10,10 @@ from typing import NamedTuple
 
 REPOSITORY = Path(__file__).parents[2]
 ROOMS = ("maps", "sensors", "mapping", "localization", "pipelines", "benchmarks")
-ROOMS_IN_PLAIN_ENGLISH = ("maps", "sensors", "mapping", "localization", "pipelines/live", "pipelines/runs")
+ROOMS_IN_PLAIN_ENGLISH = (
+    *("maps", "sensors", "mapping", "localization"),
+    *("pipelines/bags", "pipelines/live", "pipelines/runs"),
+)
 NOT_YET = (
     *("localization/odometry", "sensors/clocks", "sensors/corrections.py", "sensors/findings.py"),
     *("sensors/motion", "sensors/sentences.py"),

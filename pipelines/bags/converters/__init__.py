@@ -1,1 +1,1 @@
-"""ROS messages to scans, odometry and sensor poses."""
+"""Conversion of ROS messages to scans, odometry and sensor poses."""

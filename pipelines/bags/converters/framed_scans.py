@@ -1,4 +1,4 @@
-"""Scans of several sensors on one topic: each has the place of its own frame."""
+"""Scans of several sensors on one topic, each placed by its own frame."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,11 +9,11 @@ from racecar.pipelines.bags.messages import frame_name
 from racecar.sensors.scan import Scan
 
 _MOST_FRAMES = 16
-"""Of one topic, since no car has more lasers; a driver that numbers its scans' frames means one."""
+"""Most frames on one topic. No car has more lasers; a driver that numbers the frames of its scans has one."""
 
 
 class FramedScanConverter:
-    """Hands each message to the converter of its frame; sensors are numbered in the order of their first
+    """Passes each message to the converter of its frame. Sensors are numbered in the order of their first
     scans."""
 
     def __init__(
@@ -22,15 +22,15 @@ class FramedScanConverter:
         new_converter: Callable[[str], Converter[Scan]],
         numbers: dict[tuple[str, str], int],
     ) -> None:
-        """``new_converter`` makes the converter of a frame; ``numbers`` of sensors, by topic and frame, are
-        shared by all topics."""
+        """``new_converter`` makes the converter of a frame. ``numbers`` maps topic and frame to the sensor's
+        number and is shared by all topics."""
         self._topic = topic
         self._new_converter = new_converter
         self._numbers = numbers
         self._converters: dict[str, Converter[Scan]] = {}
 
     def convert(self, message: Any, stamp: int) -> Scan | None:
-        """The scan; None where the message holds no usable beams."""
+        """The scan; None if the message has no usable beams."""
         frame = frame_name(message.header.frame_id)
         if frame not in self._converters and len(self._converters) == _MOST_FRAMES:
             frame = next(iter(self._converters))
@@ -44,9 +44,8 @@ class FramedScanConverter:
 
 
 def of_laser(scan: Scan, laser: int) -> Scan:
-    """With the number of the laser that took it.
+    """Set the number of the laser that took a scan.
 
-    Of synchronized sensors each is set a nanosecond after the one before, so that no two scans have one
-    stamp.
+    Scans of synchronized sensors are shifted by a nanosecond each, so no two scans have the same stamp.
     """
     return scan if laser == 0 else replace(scan, laser=laser, stamp=scan.stamp + laser)

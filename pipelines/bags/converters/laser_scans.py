@@ -1,4 +1,4 @@
-"""LaserScan messages, as drivers really send them, to scans."""
+"""Conversion of LaserScan messages, as real drivers send them, to scans."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -15,25 +15,25 @@ if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan
 
 RANGE_LIMIT = 60.0
-"""Metres; readings beyond count as misses where the message does not state the sensor's range,
-since few planar scanners see farther."""
+"""Metres from which readings count as misses if the message does not state the sensor's range. Few planar
+scanners see farther."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Layout:
-    """What is the same in every sweep: which beam looks where, and when."""
+    """What stays the same between sweeps: the bearing and time of each beam."""
 
     key: tuple[float, float, float, float, int]
     bearings: NDArray[np.float64]
     time_offsets: NDArray[np.float64]
     span: float
-    """Radians from the first beam to the last."""
+    """Radians from first to last beam."""
     order: NDArray[np.intp] | None
-    """The message's beams in ascending bearing; None where they already are."""
+    """Message beams sorted by bearing; None if they already are."""
 
 
 class LaserScanConverter:
-    """Makes scans of messages and counts what it mended."""
+    """Converts messages to scans and counts what it corrects."""
 
     def __init__(self, setup: ScanSetup, counts: Counter[str]) -> None:
         self._setup, self._reading, self._counts = setup, setup.reading, counts
@@ -41,12 +41,12 @@ class LaserScanConverter:
         self._layout: _Layout | None = None
 
     def convert(self, message: "sensor_msgs__msg__LaserScan", stamp: int) -> Scan | None:
-        """The scan; None where the message holds no usable beams."""
+        """The scan; None if the message has no usable beams."""
         layout = self._layout_of(message)
         if layout is None:
             self._counts["empty_scans"] += 1
             return None
-        if layout.span > WIDEST:  # no sweep: which of the beams belong together is unknown
+        if layout.span > WIDEST:  # not a sweep: it is unknown which beams belong together
             self._counts["scans_beyond_one_turn"] += 1
             return None
         if not abs(message.time_increment) * (len(message.ranges) - 1) <= self._setup.longest_sweep:
@@ -89,7 +89,7 @@ class LaserScanConverter:
             time_increment = 0.0
         time_offsets = time_increment * np.arange(count, dtype=np.float64)
         order = np.argsort(bearings, kind="stable")
-        # A full circle may end on the bearing with which it began.
+        # A full circle may end at the bearing where it began.
         order = order[np.diff(bearings[order], prepend=-np.inf) > 1e-9]
         span = abs(increment) * (count - 1)
         if np.array_equal(order, np.arange(count)):
@@ -97,7 +97,7 @@ class LaserScanConverter:
         return _Layout(key, frozen(bearings[order]), frozen(time_offsets[order]), span, order)
 
     def _clean_ranges(self, message: "sensor_msgs__msg__LaserScan") -> tuple[NDArray[np.float64], float]:
-        """Ranges with misses as inf and invalid readings as nan, and the range at which misses begin."""
+        """Ranges with misses as inf and invalid readings as nan, and the range where misses begin."""
         min_range, max_range = limits(message, self._reading.unit)
         config = self._setup.config
         if config.max_range is not None:
@@ -110,7 +110,7 @@ class LaserScanConverter:
             min_range = config.min_range
         elif not 0 < min_range < max_range:
             min_range = 1e-6
-        with np.errstate(invalid="ignore"):  # damaged bytes may hold signalling NaN
+        with np.errstate(invalid="ignore"):  # damaged bytes may contain signalling NaN
             ranges = np.array(message.ranges, dtype=np.float64)
         if self._reading.unit != 1.0:
             ranges *= self._reading.unit

@@ -1,4 +1,4 @@
-"""MultiEchoLaserScan messages to scans: of each beam, the first echo."""
+"""Conversion of MultiEchoLaserScan messages to scans, using the first echo of each beam."""
 
 from collections import Counter
 from typing import TYPE_CHECKING, Any, cast
@@ -20,27 +20,27 @@ _LAYOUT = (
     *("header", "angle_min", "angle_max", "angle_increment"),
     *("time_increment", "scan_time", "range_min", "range_max"),
 )
-"""Fields that both messages have, by their definitions."""
+"""Fields that both messages share, by definition."""
 
 
 class MultiEchoConverter:
-    """Reads the first echoes as a LaserScan of the same layout.
+    """Reads the first echoes as a LaserScan with the same layout.
 
-    The first echo is the nearest surface in a beam; `laser_proc`, with which ROS users split such messages,
-    calls the same its first scan. As there, a beam without echoes says nothing: drivers leave out misses and
-    failed readings alike.
+    The first echo is the nearest surface in a beam, as in the first scan of `laser_proc`, which ROS users
+    split such messages with. As there, a beam without echoes carries no information, because drivers omit
+    both misses and failed readings.
     """
 
     def __init__(self, setup: ScanSetup, counts: Counter[str]) -> None:
         self._single_echo = LaserScanConverter(setup, counts)
 
     def convert(self, message: "sensor_msgs__msg__MultiEchoLaserScan", stamp: int) -> Scan | None:
-        """The scan; None where the message holds no usable beams."""
+        """The scan; None if the message has no usable beams."""
         return self._single_echo.convert(first_echoes(message), stamp)
 
 
 def first_echoes(message: "sensor_msgs__msg__MultiEchoLaserScan") -> "sensor_msgs__msg__LaserScan":
-    """The LaserScan of the first echoes; NaN in beams without any."""
+    """A LaserScan of the first echoes; NaN for beams without any."""
     firsts = [beam.echoes[0] if len(beam.echoes) else np.nan for beam in message.ranges]
     fields: dict[str, Any] = {name: getattr(message, name) for name in _LAYOUT}
     fields |= {"ranges": np.array(firsts, dtype=np.float32), "intensities": np.empty(0, np.float32)}

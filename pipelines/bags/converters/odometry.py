@@ -1,4 +1,4 @@
-"""Odometry messages to samples, also where only their twist is set."""
+"""Conversion of Odometry messages to samples, even if only their twist is set."""
 
 import math
 from collections import Counter
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
 
 _MOVING_SPEED = 0.05  # m/s or rad/s
 _MOVING_MESSAGES = 20
-_LONGEST_STEP = 1.0  # seconds; over a longer gap the speed is not carried on
+_LONGEST_STEP = 1.0  # seconds; over a longer gap the speed is not extrapolated
 _FARTHEST = 1e8
-"""Metres from the origin; where odometry is given in UTM coordinates, they stay below 1e7."""
+"""Metres from the origin. Odometry in UTM coordinates stays below 1e7."""
 _FASTEST = 1e3
-"""m/s or rad/s; more comes from damaged bytes."""
+"""m/s or rad/s; larger values come from damaged bytes."""
 
 
 def planar_pose(message: "nav_msgs__msg__Odometry") -> Pose | None:
-    """``odom_from_base`` (3,); None where the message holds no valid pose."""
+    """``odom_from_base`` (3,); None if the message has no valid pose."""
     return pose_in_plane(message.pose.pose)
 
 
 def pose_in_plane(pose: "geometry_msgs__msg__Pose") -> Pose | None:
-    """x, y and yaw (3,) of a pose in space; None where it is not valid."""
+    """x, y and yaw (3,) of a pose in space; None if it is not valid."""
     position, q = pose.position, pose.orientation
     square = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
     is_near = abs(position.x) < _FARTHEST and abs(position.y) < _FARTHEST
@@ -40,14 +40,14 @@ def pose_in_plane(pose: "geometry_msgs__msg__Pose") -> Pose | None:
 
 
 def planar_twist(message: "nav_msgs__msg__Odometry") -> Pose:
-    """Forward, sideways and turning speed (3,); zero where the message holds none that can be."""
+    """Forward, lateral and angular speed (3,); zero if the message has no plausible ones."""
     twist = message.twist.twist
     speeds = np.array([twist.linear.x, twist.linear.y, twist.angular.z])
     return speeds if bool((np.abs(speeds) < _FASTEST).all()) else np.zeros(3)
 
 
 class PoseSource(Enum):
-    """What of a topic tells the motion."""
+    """What on a topic shows the motion."""
 
     POSE = "the poses"
     TWIST = "the speeds"
@@ -56,8 +56,8 @@ class PoseSource(Enum):
 
 
 def pose_source(messages: Iterable["nav_msgs__msg__Odometry"]) -> PoseSource:
-    """Whether the car moves by its poses, or by its twist while its pose stays where it was; reads on until
-    it is clear."""
+    """Whether the poses show the motion, or the twist while the pose does not change. Stops reading once that
+    is clear."""
     first: Pose | None = None
     moving = 0
     for message in messages:
@@ -73,7 +73,7 @@ def pose_source(messages: Iterable["nav_msgs__msg__Odometry"]) -> PoseSource:
 
 
 class OdometryConverter:
-    """Makes samples of messages and counts what it dropped."""
+    """Converts messages to samples and counts those it drops."""
 
     def __init__(self, integrate_twist: bool, counts: Counter[str]) -> None:
         self._integrate_twist = integrate_twist
@@ -82,7 +82,7 @@ class OdometryConverter:
         self._last_stamp: int | None = None
 
     def convert(self, message: "nav_msgs__msg__Odometry", stamp: int) -> Odometry | None:
-        """The sample; None where the message holds no valid pose."""
+        """The sample; None if the message has no valid pose."""
         twist = planar_twist(message)
         pose = self._integrate(twist, stamp) if self._integrate_twist else planar_pose(message)
         if pose is None:
@@ -91,7 +91,7 @@ class OdometryConverter:
         return Odometry(stamp, pose, twist)
 
     def _integrate(self, twist: Pose, stamp: int) -> Pose:
-        """Along an arc of constant speed since the last message."""
+        """Integrate the twist along an arc of constant speed since the last message."""
         step = 0.0 if self._last_stamp is None else (stamp - self._last_stamp) * 1e-9
         if 0 < step <= _LONGEST_STEP:
             forward, sideways, turn = twist * step

@@ -1,4 +1,4 @@
-"""PointCloud2 messages to scans: a planar section, and of a sensor with many rows all points as well."""
+"""Conversion of PointCloud2 messages to scans: a planar section, and all points of a multi-row sensor."""
 
 from collections import Counter
 from typing import TYPE_CHECKING
@@ -16,25 +16,25 @@ if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__PointCloud2
 
 _MIN_RANGE, _MAX_RANGE = 0.05, 100.0
-"""Metres between which points count, since a cloud does not state the range of its sensor: nearer ones are on
-the sensor's own housing, and a missed beam reads as zero. By judgement."""
+"""Metres between which points count, since a cloud does not state its sensor's range. Nearer points are on
+the sensor's own housing, and a missed beam reads as zero. Chosen by judgement."""
 _FARTHEST = 1e5
-"""Metres; coordinates beyond come from damaged bytes, and their squares need not be numbers."""
+"""Metres; larger coordinates come from damaged bytes, and their squares may overflow."""
 _FLAT = 0.01
-"""Metres of height within which a cloud is that of a planar sensor, since rounding alone spreads those."""
+"""Metres of height within which a cloud is from a planar sensor; rounding alone spreads its points."""
 _THICK = 0.1
 """Metres of deviation from the best plane; a tilted planar sensor shows less, since it sees one plane."""
 _MOST_BEAMS = 2048
-"""A planar scanner has fewer, so that more points are those of many rows."""
+"""A planar scanner has fewer beams, so more points come from many rows."""
 _BEARING_BUCKET = np.radians(0.25)
-"""The spacing of a Hokuyo's beams, so that a section is as fine as a planar scan."""
+"""Beam spacing of a Hokuyo, so a section is as fine as a planar scan."""
 
 
 class PointCloudConverter:
-    """Makes scans of clouds; the points within a band of heights are the beams."""
+    """Converts clouds to scans; the points within a band of heights are the beams."""
 
     def __init__(self, setup: ScanSetup, counts: Counter[str]) -> None:
-        """A planar sensor's cloud is taken whole."""
+        """The cloud of a planar sensor is used whole."""
         place, self._config, self._counts = setup.place, setup.config, counts
         self._base_from_points = np.eye(4) if setup.points_are_in_base else place.base_from_sensor
         self._base_from_laser = place.pose
@@ -44,7 +44,7 @@ class PointCloudConverter:
         self._has_many_rows: bool | None = None
 
     def convert(self, message: "sensor_msgs__msg__PointCloud2", stamp: int) -> Scan | None:
-        """The scan; None where no point is usable. The first cloud decides whether there are many rows."""
+        """The scan; None if no point is usable. The first cloud decides whether the sensor has many rows."""
         points, offsets = self._finite_points(message)
         is_flat = len(points) > 0 and bool(np.ptp(points[:, 2]) < _FLAT)
         points = points @ self._base_from_points[:3, :3].T + self._base_from_points[:3, 3]
@@ -89,7 +89,7 @@ class PointCloudConverter:
     def _nearest_per_bearing(
         self, bearings: NDArray[np.float64], ranges: NDArray[np.float64]
     ) -> NDArray[np.intp]:
-        """Indices of one beam per bearing, ascending; of a dense cloud one per quarter of a degree."""
+        """Indices of one beam per bearing, ascending; for a dense cloud, one per quarter of a degree."""
         is_dense = self._has_many_rows or len(bearings) > _MOST_BEAMS
         buckets = np.floor(bearings / _BEARING_BUCKET) if is_dense else bearings
         order = np.lexsort((ranges, buckets))
@@ -97,7 +97,7 @@ class PointCloudConverter:
 
 
 def _thickness(points: NDArray[np.float64]) -> float:
-    """Standard deviation in metres of points (N, 3) from the plane that fits them best."""
+    """Standard deviation in metres of points (N, 3) from their best-fit plane."""
     if len(points) < 4:
         return 0.0
     return float(np.sqrt(max(np.linalg.eigvalsh(np.cov(points.T))[0], 0.0)))

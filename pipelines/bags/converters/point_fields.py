@@ -1,4 +1,4 @@
-"""What the points of a PointCloud2 message say: where they are and when they were seen."""
+"""Positions and times of the points in a PointCloud2 message."""
 
 from typing import TYPE_CHECKING
 
@@ -16,38 +16,38 @@ if TYPE_CHECKING:
 _COORDINATES = {7: "f4", 8: "f8"}
 _TIMES = {5: "i4", 6: "u4", **_COORDINATES}
 _TIME_FIELDS = ("t", "time", "timestamp", "time_stamp", "offset_time")  # Ouster, Velodyne, Hesai, ..., Livox
-_SINCE_1970 = 1e8  # seconds; more is a time of day, not an offset
+_SINCE_1970 = 1e8  # seconds; a larger value is a time of day, not an offset
 _SINCE_1970_IN_NANOSECONDS = 1e17
 _FARTHEST = 1.0  # seconds between a cloud's stamp and its points
 
 
 def positions(message: "sensor_msgs__msg__PointCloud2") -> NDArray[np.float64] | None:
-    """(N, 3) metres in the frame of the message; None where it does not hold what it announces.
+    """(N, 3) metres in the message's frame; None if it does not hold what it announces.
 
-    A message without heights has its points at height zero.
+    Points without a height are at height zero.
     """
     names = [name for name in ("x", "y", "z") if name != "z" or _field(message, name) is not None]
     columns = [_column(message, name, _COORDINATES) for name in names]
     if any(column is None for column in columns):
         return None
-    # Only now, since a message may announce any number of points.
+    # Not earlier, since a message may announce any number of points.
     points = np.zeros((message.height * message.width, 3))
-    with np.errstate(invalid="ignore"):  # damaged bytes may hold signalling NaN
+    with np.errstate(invalid="ignore"):  # damaged bytes may contain signalling NaN
         for index, column in enumerate(columns):
             points[:, index] = column
     return points
 
 
 def time_offsets(message: "sensor_msgs__msg__PointCloud2") -> NDArray[np.float64] | None:
-    """(N,) seconds from the message's stamp to each point; None where the message has no times.
+    """(N,) seconds from the message's stamp to each point; None if the message has no times.
 
-    They are nan where the times cannot be right. Whole numbers are nanoseconds since the stamp.
+    Implausible times are nan. Integers are nanoseconds since the stamp.
     """
     columns = (_column(message, name, _TIMES) for name in _TIME_FIELDS)
     times = next((column for column in columns if column is not None), None)
     if times is None or len(times) == 0:
         return None
-    with np.errstate(invalid="ignore"):  # damaged bytes may hold signalling NaN
+    with np.errstate(invalid="ignore"):  # damaged bytes may contain signalling NaN
         numbers = times.astype(np.float64)
     in_nanoseconds = times.dtype.kind in "iu" or numbers.max() > _SINCE_1970_IN_NANOSECONDS
     seconds = numbers * (1e-9 if in_nanoseconds else 1.0)
@@ -64,7 +64,7 @@ def _field(message: "sensor_msgs__msg__PointCloud2", name: str) -> "sensor_msgs_
 def _column(
     message: "sensor_msgs__msg__PointCloud2", name: str, formats: dict[int, str]
 ) -> NDArray[np.generic] | None:
-    """(N,) one field of all points; None where it is not in the message or of another type."""
+    """(N,) one field of all points; None if the message lacks it or it has another type."""
     field, row = _field(message, name), message.width * message.point_step
     if field is None or field.datatype not in formats:
         return None

@@ -1,7 +1,7 @@
-"""Which converter turns which message type into scans, odometry or yaw rates, in bags and live.
+"""Converters by message type, for scans, odometry and yaw rates, in bags and live.
 
-Another message type is a converter of its own and a line in `SCAN_CONVERTERS`, `ODOMETRY_CONVERTERS` or
-`YAW_RATE_CONVERTERS`. What a converter mends is counted.
+A new message type is a converter and an entry in `SCAN_CONVERTERS`, `ODOMETRY_CONVERTERS` or
+`YAW_RATE_CONVERTERS`. Corrections are counted.
 """
 
 from collections import Counter
@@ -37,14 +37,14 @@ T_co = TypeVar("T_co", covariant=True)
 
 
 class Converter(Protocol[T_co]):
-    """Turns the messages of one topic into values of the project."""
+    """Converts the messages of one topic to values of the project."""
 
     def convert(self, message: Any, stamp: int) -> T_co | None:
-        """What a message with this stamp (nanoseconds) holds; None where it holds nothing usable."""
+        """Convert a message with this stamp (nanoseconds); None if it has nothing usable."""
 
 
 def stamp_of(message: Any, converter: "Converter[Any] | None" = None) -> int | None:
-    """The stamp of a message's own clock in nanoseconds; None where it concerns other things only."""
+    """The stamp in a message's header, in nanoseconds; None if the message is not about what is converted."""
     if isinstance(converter, TransformOdometryConverter):
         return converter.stamp_of(message)
     return nanoseconds(message.header.stamp)
@@ -55,20 +55,20 @@ SCAN_CONVERTERS: Mapping[str, Callable[[ScanSetup, Counter[str]], Converter[Scan
     MULTI_ECHO_SCAN: MultiEchoConverter,
     POINT_CLOUD: PointCloudConverter,
 }
-"""By message type, in the order of preference where a bag holds several."""
+"""By message type, in order of preference if a bag has several."""
 
 SINGLE_ECHOES: "Mapping[str, Callable[[Any], sensor_msgs__msg__LaserScan]]" = {
     LASER_SCAN: lambda message: message,
     MULTI_ECHO_SCAN: first_echoes,
 }
-"""By type of the messages whose numbers may be meant otherwise than they stand, what shows that."""
+"""By message type whose numbers may not mean what they state: the LaserScan from which this is learned."""
 
 ODOMETRY_CONVERTERS: Mapping[str, Callable[[bool, Counter[str]], Converter[Odometry]]] = {
     ODOMETRY: OdometryConverter
 }
-"""By message type; they are told whether the pose is to be integrated from the twist."""
+"""By message type; called with whether to integrate the twist instead of using the pose."""
 
 YAW_RATE_CONVERTERS: Mapping[
     str, Callable[[NDArray[np.float64] | None, Counter[str]], Converter[YawRate]]
 ] = {IMU: ImuConverter}
-"""By message type; they are told ``base_from_imu`` (4, 4), None where nothing says how it is mounted."""
+"""By message type; called with ``base_from_imu`` (4, 4), or None if the mount is unknown."""

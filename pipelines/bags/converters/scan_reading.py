@@ -1,7 +1,7 @@
-"""How the numbers in LaserScan messages are to be read, where they cannot be meant as they stand.
+"""How to interpret the numbers in LaserScan messages that cannot be right as stated.
 
-Drivers give angles in degrees, an increment that belongs to another number of beams, ranges in millimetres or
-centimetres, and misses as a number below ``range_max``. What they mean, the scans themselves show.
+Drivers send angles in degrees, an increment for another number of beams, ranges in millimetres or
+centimetres, and misses as a number below ``range_max``. The scans themselves show which.
 """
 
 from collections.abc import Iterable, Sequence
@@ -22,49 +22,49 @@ if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan
 
 LONGEST_RANGE = 1000.0
-"""Metres; a ``range_max`` beyond is not the sensor's range, since no laser scanner sees as far."""
+"""Metres; a larger ``range_max`` is not the sensor's range, since no laser scanner sees that far."""
 _READ = 3000
-"""Messages looked at, so that a car that stands at first is seen driving too: a fraction of a second."""
+"""Messages read, so a car that stands at first is also seen driving; takes a fraction of a second."""
 _SCANS = 300
-"""Of these, evenly spread: enough for all that is counted here."""
+"""Evenly spaced ones of these that are examined: enough for all the statistics here."""
 _TURN = 2 * np.pi
 """Radians, by definition."""
 WIDEST = 1.02 * _TURN
-"""Radians that a sweep spans; some sensors overlap by a few degrees where they begin."""
+"""Largest span of a sweep in radians; some sensors overlap by a few degrees where they begin."""
 _NARROWEST = np.radians(5.0)
-"""Radians that a sweep spans; less is not recorded for a map, by judgement."""
+"""Smallest span of a sweep in radians. Chosen by judgement: nobody maps with less."""
 _LEAST_CONTRADICTION = 2.5
-"""Increments between the last beam and ``angle_max``: drivers are off by one or two, because they count beams
-or the steps between them."""
+"""Increments between the last beam and ``angle_max``. Drivers are off by one or two, depending on whether
+they count beams or the steps between them."""
 _WALL = np.radians(30.0)
-"""Radians of a piece of a scan that is tested for being a straight wall: at 3 m its curve would be 10 cm deep
-if the increment were half as long, while lasers err by 1 to 3 cm."""
+"""Radians of a piece of a scan that is tested for being a straight wall. At 3 m it would be curved by 10 cm
+if the increment were half as long, while laser errors are 1 to 3 cm."""
 _CLEARLY = 0.75
-"""Of the residual under another reading; only where a wall is that much straighter it counts, because clutter
-is as crooked under each. By judgement."""
+"""A piece counts if its residual is below this share of that under another reading; clutter is equally
+crooked under all. Chosen by judgement."""
 _MAJORITY, _ENOUGH = 0.7, 20
-"""Share of the pieces that count, and their number, by which a reading is decided: by judgement."""
+"""Share of the counted pieces, and their number, that decide a reading. Chosen by judgement."""
 _ABSURD_RANGE, _FARTHEST = 200.0, 60_000.0
-"""Between these the median of ranges is one in millimetres: in metres half of all beams would go farther than
-planar scanners see, and from the second on in millimetres too."""
+"""A median range between these is in millimetres: in metres, half of all beams would go farther than planar
+scanners see, and above the second value they would in millimetres too."""
 _MEDIANS_IN_CENTIMETRES = 30.0, 2000.0
-"""Of ranges: half of what is seen, also in a hall, is between 0.3 and 20 m away. By judgement."""
+"""Median ranges: half of all returns, even in a hall, are between 0.3 and 20 m away. Chosen by judgement."""
 _NOISE_IN_CENTIMETRES = 0.2, 3.0
-"""Of ranges, since lasers err by 0.2 to 3 cm: in metres it would be less, in millimetres more."""
+"""Range noise: lasers err by 0.2 to 3 cm; in metres it would be less, in millimetres more."""
 _SPIKE = 10
-"""Times as often as any range that is a little less a range occurs that stands for a miss: noise spreads what
-is measured over several values, even of a flat wall. By judgement."""
+"""A range that stands for a miss is at least this many times as frequent as any slightly shorter one. Noise
+spreads measurements over several values, even on a flat wall. Chosen by judgement."""
 _LITTLE_LESS = 0.7
-"""Of that range: a room has other distances within that, by judgement."""
+"""Share of that range. Chosen by judgement: a room has other distances within it."""
 _BEYOND = 1e-3
-"""Share of its count that returns beyond it may come to, as stray ones do: by judgement."""
+"""Most stray returns beyond that range, as a share of its count. Chosen by judgement."""
 _BEARINGS, _SCANS_WITH = 0.03, 0.2
-"""Of all bearings and scans, at and in which it occurs at least, since doors and gaps are seen from many
-places. By judgement."""
+"""Least shares of all bearings and scans in which that range occurs, since doors and gaps are seen from many
+places. Chosen by judgement."""
 
 
 class Angles(Enum):
-    """What ``angle_min``, ``angle_max`` and ``angle_increment`` mean."""
+    """Meaning of ``angle_min``, ``angle_max`` and ``angle_increment``."""
 
     STATED = "by angle_min and angle_increment"
     SPREAD = "as spread evenly from angle_min to angle_max"
@@ -76,7 +76,7 @@ class Angles(Enum):
     def first_and_increment(
         self, angle_min: float, angle_max: float, increment: float, count: int
     ) -> tuple[float, float]:
-        """Radians, of the first beam and from one to the next."""
+        """Radians of the first beam, and from each beam to the next."""
         if self == Angles.TURN:
             return float(angle_min), float(np.copysign(_TURN / max(count, 1), increment))
         is_spread = self in (Angles.SPREAD, Angles.SPREAD_DEGREES)
@@ -89,37 +89,37 @@ class Angles(Enum):
 
 @dataclass(frozen=True)
 class ScanReading:
-    """How the messages of one topic are to be read."""
+    """How to interpret the messages of one topic."""
 
     angles: Angles = Angles.STATED
     unit: float = 1.0
-    """Metres of a range of one."""
+    """Metres per unit of range."""
     nearest_miss: float = np.inf
-    """Metres; a reading of so much and more is a miss."""
+    """Metres from which a reading is a miss."""
 
 
 AS_STATED = ScanReading()
-"""What most drivers send, by definition of the message."""
+"""Values as defined by the message, which most drivers send."""
 
 
 @dataclass(frozen=True, eq=False)
 class ScanSetup:
-    """What is known of a sensor before its messages are converted; a converter takes what it needs."""
+    """What is known about a sensor before its messages are converted; a converter uses what it needs."""
 
     place: SensorPlace
     longest_sweep: float
-    """Seconds; beam times that make a sweep longer are not believed."""
+    """Seconds; beam times are ignored if they make a sweep longer."""
     points_are_in_base: bool = False
-    """Whether points come in the base frame rather than in the sensor's."""
+    """Whether points are in the base frame instead of the sensor's."""
     reading: ScanReading = AS_STATED
-    """How the numbers of messages with beams are meant."""
+    """How to interpret the numbers in messages with beams."""
     config: SensorConfig = field(default_factory=SensorConfig)
 
 
 def learn_reading(
     messages: "Iterable[sensor_msgs__msg__LaserScan]",
 ) -> tuple[ScanReading, list[Finding]]:
-    """From the first messages of a topic: how to read them all, and what is wrong with them."""
+    """Learn from the first messages of a topic how to read all of them, and what is wrong with them."""
     sample = _spread_sample(messages)
     if not sample:
         return AS_STATED, []
@@ -184,8 +184,8 @@ def _learn_angles(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[Angl
 def _varying_counts(
     sample: "Sequence[sensor_msgs__msg__LaserScan]",
 ) -> tuple[Angles, list[Finding]] | None:
-    """Where scans of more and of fewer beams than lead to ``angle_max`` state the same angles: only sensors
-    that turn unevenly do so, whose beams span the same; where beams were lost, none are too many."""
+    """Detect sensors that turn unevenly: some of their scans have more beams than lead to ``angle_max``, some
+    fewer, all with the same stated angles and span. If beams were lost, no scan has too many."""
     stated = {(each.angle_min, each.angle_max, each.angle_increment) for each in sample}
     (angle_min, angle_max, increment) = next(iter(stated))
     steps = (angle_max - angle_min) / increment if increment else np.nan
@@ -208,10 +208,10 @@ def _varying_counts(
 
 
 def _agree(message: "sensor_msgs__msg__LaserScan") -> bool:
-    """Do the angles tell the same thing twice, and one that can be?"""
+    """Are the angles consistent and plausible?"""
     span = message.angle_increment * (len(message.ranges) - 1)
     if not np.isfinite(span) or span == 0.0:
-        return True  # there is but one reading left, which the converter takes
+        return True  # only one reading is left, which the converter uses
     return _end_as_stated(message) and bool(abs(span) <= WIDEST)
 
 
@@ -226,10 +226,10 @@ def _end_as_stated(message: "sensor_msgs__msg__LaserScan") -> bool:
 def _straightest(
     messages: "Sequence[sensor_msgs__msg__LaserScan]", steps: dict[Angles, float]
 ) -> Angles | None:
-    """The reading under which walls are straight; None where the scans do not decide.
+    """The reading under which walls are straight; None if the scans do not decide.
 
-    On a straight wall the inverse range is a cosine of the bearing: of a piece of a scan, the part that no
-    cosine with this increment explains is compared between the readings.
+    On a straight wall the inverse range is a cosine of the bearing. The readings are compared by the residual
+    of each piece of a scan after fitting a cosine with their increment.
     """
     count = len(messages[0].ranges)
     width = int(np.clip(_WALL / max(abs(step) for step in steps.values()), 7, max(count // 2, 7)))
@@ -252,7 +252,7 @@ def _straightest(
 
 
 def _unexplained(inverse_ranges: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """(N,) how far pieces (N, W) are from a cosine with beams ``step`` radians apart."""
+    """(N,) residuals of pieces (N, W) from a cosine with beams ``step`` radians apart."""
     bearings = step * np.arange(inverse_ranges.shape[1])
     basis, _ = np.linalg.qr(np.column_stack([np.cos(bearings), np.sin(bearings)]))
     left: NDArray[np.float64] = inverse_ranges - inverse_ranges @ basis @ basis.T
@@ -276,8 +276,8 @@ def _learn_unit(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[float,
 def _are_centimetres(
     sample: "Sequence[sensor_msgs__msg__LaserScan]", ranges: NDArray[np.float64], median: float
 ) -> bool:
-    """Whether ranges (N,) are more metres than the sensor can see, or any, and as many centimetres as it can;
-    and err as much as centimetres would."""
+    """Whether ranges (N,) are too large to be metres, for this or any sensor, plausible as centimetres, and
+    as noisy as centimetres would be."""
     stated = sample[0].range_max
     is_possible = median <= min(_ABSURD_RANGE, stated) and stated <= LONGEST_RANGE
     nearest, farthest = _MEDIANS_IN_CENTIMETRES
@@ -289,8 +289,8 @@ def _are_centimetres(
 
 
 def _noise_of(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> float:
-    """Standard deviation of ranges, as they stand, by how a beam differs from the mean of its neighbours; inf
-    where none are on one wall."""
+    """Standard deviation of the stated ranges, from the difference between a beam and the mean of its
+    neighbours; inf if none are on one wall."""
     differences = []
     for message in sample:
         ranges = np.asarray(message.ranges, dtype=np.float64)
@@ -306,7 +306,7 @@ def _noise_of(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> float:
 def _learn_nearest_miss(
     sample: "Sequence[sensor_msgs__msg__LaserScan]", unit: float
 ) -> tuple[float, list[Finding]]:
-    """The range below ``range_max`` that stands for a miss; inf where there is none."""
+    """The range below ``range_max`` that stands for a miss; inf if there is none."""
     spikes = [_returns(message, unit) for message in sample]
     ranges = np.concatenate([returns for _, returns in spikes])
     if len(ranges) == 0:
@@ -332,8 +332,8 @@ def _learn_nearest_miss(
 def _returns(
     message: "sensor_msgs__msg__LaserScan", unit: float
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """(M,) beams that seem to have met something, and their ranges in metres."""
-    with np.errstate(invalid="ignore"):  # damaged bytes may hold signalling NaN
+    """(M,) beams that seem to have hit something, and their ranges in metres."""
+    with np.errstate(invalid="ignore"):  # damaged bytes may contain signalling NaN
         ranges = np.asarray(message.ranges, dtype=np.float64) * unit
     low, high = limits(message, unit)
     beams = np.flatnonzero((ranges > max(low, 0.0)) & (ranges < (high if high > 0 else np.inf)))
@@ -341,6 +341,6 @@ def _returns(
 
 
 def limits(message: "sensor_msgs__msg__LaserScan", unit: float) -> tuple[float, float]:
-    """Metres, of ``range_min`` and ``range_max``, which may be in metres where the ranges are not."""
+    """``range_min`` and ``range_max`` in metres; they may be stated in metres when the ranges are not."""
     scale = unit if message.range_max > _ABSURD_RANGE else 1.0
     return message.range_min * scale, message.range_max * scale

@@ -1,4 +1,4 @@
-"""Odometry from the transforms of a car that publishes no Odometry messages."""
+"""Odometry from transforms, for a car that publishes no Odometry messages."""
 
 from collections import Counter
 from typing import TYPE_CHECKING
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class TransformOdometryConverter:
-    """Makes samples of messages that hold the links of odometry among others."""
+    """Converts messages that contain the odometry links, among others, to samples."""
 
     def __init__(self, links: OdometryLinks, counts: Counter[str]) -> None:
         self._driving = links.driving.ends
@@ -31,8 +31,8 @@ class TransformOdometryConverter:
         self._last: Odometry | None = None
 
     def stamp_of(self, message: "tf2_msgs__msg__TFMessage") -> int | None:
-        """Nanoseconds, of the link that moves most; None where a message does not hold it, or holds it as the
-        last message did, which some publishers repeat."""
+        """Stamp in nanoseconds of the link that moves most; None if a message lacks it or repeats the last
+        one, as some publishers do."""
         for transform in message.transforms:
             if ends_of(transform) == self._driving:
                 return nanoseconds(transform.header.stamp)
@@ -40,7 +40,7 @@ class TransformOdometryConverter:
         return None
 
     def convert(self, message: "tf2_msgs__msg__TFMessage", stamp: int) -> Odometry | None:
-        """The sample; None where the message holds no valid pose, or one of the same stamp as the last."""
+        """The sample; None if the message has no valid pose or the same stamp as the last."""
         is_valid = self._take(message)
         if self._last is not None and stamp == self._last.stamp:
             return None
@@ -55,7 +55,7 @@ class TransformOdometryConverter:
         return self._last
 
     def _take(self, message: "tf2_msgs__msg__TFMessage") -> bool:
-        """Take each link; whether all that the message holds are valid."""
+        """Add each link; returns whether all of them are valid."""
         is_valid = True
         for transform in message.transforms:
             ends = ends_of(transform)
@@ -68,7 +68,7 @@ class TransformOdometryConverter:
         return is_valid
 
     def _twist(self, odom_from_base: Pose, stamp: int) -> Pose:
-        """The mean since the last sample, as transforms bear none."""
+        """Mean twist since the last sample, since transforms have none."""
         seconds = 0.0 if self._last is None else (stamp - self._last.stamp) * 1e-9
         if self._last is None or seconds <= 0:
             return IDENTITY

@@ -1,4 +1,4 @@
-"""Frames and the links between them: where a sensor sits on the car, and what the car moves by."""
+"""Frames and the links between them: where a sensor sits on the car, and which links move it."""
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,46 +17,46 @@ if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__TransformStamped
 
 _SAME = 1e-5
-"""Metres, or entries of a rotation matrix, by which a fixed link may vary: publishers that compute it anew
-each time round it, while the wheels of a standing car tremble by more. By judgement."""
+"""Variation of a fixed link in metres or entries of a rotation matrix. Publishers that recompute it round it
+each time, while the wheels of a standing car jitter by more. Chosen by judgement."""
 _APART = 0.05
-"""Metres or radians by which a link leaps back and forth where two programs publish it, and no car does from
-one message to the next; by judgement."""
+"""Metres or radians by which a link leaps back and forth if two programs publish it; no car does so between
+messages. Chosen by judgement."""
 _CONTESTED = (10, 0.02)
-"""Leaps, and their share of all messages, from which on two programs publish a link: by judgement, since one
-of them may come ten times as often as the other."""
+"""Number of leaps, and their share of all messages, from which two programs publish a link. Chosen by
+judgement: one of them may publish ten times as often as the other."""
 _MENDED = 3
-"""Changes at most of a link that somebody puts right, as one that moves changes with each message: by
+"""Most changes of a link that is being corrected; one that moves changes with each message. Chosen by
 judgement."""
 _WORLD = ("map", "world", "earth", "utm", "truth", "camera_init")
-"""In names of frames fixed to the world, whose links bear a solution or the truth: REP 105, and LOAM's."""
+"""In names of frames fixed to the world, whose links are a solution or the truth: REP 105, and LOAM's."""
 BASE_FRAMES = ("base_link", "base_footprint")
-"""Of a car, as REP 105 and REP 120 name them."""
+"""Frames of a car, as named by REP 105 and REP 120."""
 _ODOMETRY = "odom"
-"""In names of the frame in which odometry begins, as REP 105 has it."""
+"""In names of odometry frames, as in REP 105."""
 _FARTHEST = 1e8
-"""Metres between two frames; UTM coordinates stay below 1e7, and more comes from damaged bytes."""
+"""Metres between two frames; UTM coordinates stay below 1e7, and larger values come from damaged bytes."""
 
 
 @dataclass(frozen=True, eq=False)
 class SensorPlace:
-    """A sensor's place on the car in three dimensions, and what of it a planar scan needs."""
+    """A sensor's place on the car in 3D, and the part of it that a planar scan needs."""
 
     base_from_sensor: NDArray[np.float64]
     """(4, 4)"""
     source: str
-    """Where this is known from, for people."""
+    """Source of the place, for users."""
     base_frame: str = ""
-    """The frame that stands for the car where this sensor is concerned; empty where none is known."""
+    """The frame that stands for the car for this sensor; empty if unknown."""
     is_sure: bool = False
-    """Whether that frame is known to be the car's."""
+    """Whether that frame is certainly the car's."""
     findings: tuple[Finding, ...] = ()
-    """What is doubtful."""
+    """Doubts about the place."""
 
     @staticmethod
     def from_pose(base_from_sensor: Iterable[float], source: str) -> "SensorPlace":
-        """In the plane of the base, by x, y and yaw (3,); a fourth number is the roll, about the sensor's x
-        axis: π where it hangs upside down."""
+        """In the plane of the base, from x, y and yaw (3,). A fourth number is the roll about the sensor's x
+        axis: π if it is mounted upside down."""
         x, y, yaw, roll = [*base_from_sensor, 0.0][:4]
         turned, rolled, matrix = np.eye(3), np.eye(3), np.eye(4)
         turned[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
@@ -68,12 +68,12 @@ class SensorPlace:
 
     @property
     def pose(self) -> Pose:
-        """(3,) ``base_from_laser``: position, and direction of the sensor's x axis, seen from above."""
+        """(3,) ``base_from_laser``: position and direction of the sensor's x axis, seen from above."""
         return seen_from_above(self.base_from_sensor)
 
     @property
     def is_upside_down(self) -> bool:
-        """Whether the sensor counts its bearings clockwise, seen from above."""
+        """Whether the sensor's bearings run clockwise, seen from above."""
         return bool(self.base_from_sensor[2, 2] < 0)
 
     @property
@@ -93,12 +93,12 @@ def inverted(pose: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def last_name(frame: str) -> str:
-    """Of ``robot1/base_link`` the part ``base_link``, in lower case."""
+    """The part ``base_link`` of ``robot1/base_link``, in lower case."""
     return frame.rpartition("/")[2].lower()
 
 
 def namespace_of(topic: str) -> str:
-    """Of a topic or frame such as ``/robot1/tf`` the part ``/robot1``."""
+    """The part ``/robot1`` of a topic or frame such as ``/robot1/tf``."""
     return topic.rpartition("/")[0]
 
 
@@ -108,17 +108,17 @@ def is_latched(topic: str) -> bool:
 
 
 def is_world_frame(frame: str) -> bool:
-    """Whether a frame is fixed to the world by its name, so that its links are no dead reckoning."""
+    """Whether a frame is fixed to the world by its name, so its links are not dead reckoning."""
     return any(part in last_name(frame) for part in _WORLD)
 
 
 def is_odometry_frame(frame: str) -> bool:
-    """Whether odometry begins in a frame, by its name."""
+    """Whether a frame is an odometry frame, by its name."""
     return _ODOMETRY in last_name(frame) and not is_world_frame(frame)
 
 
 def matrix_of(transform: "geometry_msgs__msg__TransformStamped") -> NDArray[np.float64] | None:
-    """``parent_from_child`` (4, 4); None where it holds no valid pose."""
+    """``parent_from_child`` (4, 4); None if it has no valid pose."""
     rotation = rotation_matrix(transform.transform.rotation)
     translation = transform.transform.translation
     position = (translation.x, translation.y, translation.z)
@@ -131,7 +131,7 @@ def matrix_of(transform: "geometry_msgs__msg__TransformStamped") -> NDArray[np.f
 
 
 def ends_of(transform: "geometry_msgs__msg__TransformStamped") -> tuple[str, str]:
-    """The names of parent and child."""
+    """Names of parent and child."""
     return frame_name(transform.header.frame_id), frame_name(transform.child_frame_id)
 
 
@@ -148,13 +148,13 @@ class TransformTree:
         self._parents: dict[str, str] = {}
 
     def add(self, transform: "geometry_msgs__msg__TransformStamped") -> None:
-        """Take a transform; one without a valid pose is left out."""
+        """Add a transform; one without a valid pose is ignored."""
         parent_from_child = matrix_of(transform)
         if parent_from_child is not None:
             self.link(*ends_of(transform), parent_from_child)
 
     def link(self, parent: str, child: str, parent_from_child: NDArray[np.float64]) -> None:
-        """Take a link between two frames, its pose as (4, 4); not one back to where another came from."""
+        """Add a link between two frames with its pose (4, 4), unless its reverse was added before."""
         if self._parents.get(parent) == child:
             return
         self._parents[child] = parent
@@ -162,22 +162,22 @@ class TransformTree:
         self._links.setdefault(child, {})[parent] = inverted(parent_from_child)
 
     def between(self, target: str, source: str) -> NDArray[np.float64] | None:
-        """``target_from_source`` (4, 4) over any number of links; None where the frames are not linked."""
+        """``target_from_source`` (4, 4) over any number of links; None if the frames are not linked."""
         return self.around(target).get(source)
 
     def around(self, target: str) -> dict[str, NDArray[np.float64]]:
-        """``target_from_frame`` (4, 4) of every frame that is linked to the target, the nearest first."""
+        """``target_from_frame`` (4, 4) of every frame linked to the target, nearest first."""
         found = {target: np.eye(4)}
         for frame, before in _nearest_first(target, self._links):
             found[frame] = found[before] @ self._links[before][frame]
         return found
 
     def top(self, frame: str) -> str:
-        """The frame from which all links lead down to this one."""
+        """The root frame, from which all links lead down to this one."""
         return self.line_up(frame)[-1]
 
     def line_up(self, frame: str) -> list[str]:
-        """A frame and those that links lead down from to it, the nearest first."""
+        """A frame and its ancestors, nearest first."""
         line = [frame]
         while (parent := self._parents.get(line[-1])) is not None and parent not in line:
             line.append(parent)
@@ -185,7 +185,7 @@ class TransformTree:
 
 
 def _nearest_first(start: str, neighbours: Mapping[str, Iterable[str]]) -> Iterator[tuple[str, str]]:
-    """The frames that links lead to, each with the one before it on the way."""
+    """Linked frames in breadth-first order, each with its predecessor on the path."""
     known, queue = {start}, deque([start])
     while queue:
         frame = queue.popleft()
@@ -198,7 +198,7 @@ def _nearest_first(start: str, neighbours: Mapping[str, Iterable[str]]) -> Itera
 
 @dataclass(eq=False)
 class Link:
-    """What was published so far of one frame in another."""
+    """What was published so far about one frame in another."""
 
     parent: str
     child: str
@@ -208,14 +208,14 @@ class Link:
     is_latched: bool
     """Whether it was published as fixed."""
     numbers: tuple[float, ...]
-    """The latest, as they were published."""
+    """The latest numbers, as published."""
     count: int = 1
     path: float = 0.0
-    """Metres in the plane that the child moved, and radians that it turned."""
+    """Metres in the plane that the child moved, plus radians that it turned."""
     moves: bool = False
     changes: int = 0
     leaps: int = 0
-    """How often it went away and came back within two messages."""
+    """How often it moved away and came back within two messages."""
     _first: NDArray[np.float64] | None = None
     _before: NDArray[np.float64] | None = None
 
@@ -226,14 +226,14 @@ class Link:
 
     @property
     def is_contested(self) -> bool:
-        """Whether two programs seem to publish it, each another motion."""
+        """Whether two programs seem to publish it with different motions."""
         return self.leaps >= max(_CONTESTED[0], _CONTESTED[1] * self.count)
 
     def __str__(self) -> str:
         return f"{self.parent} -> {self.child}"
 
     def repeats(self, transform: "geometry_msgs__msg__TransformStamped") -> bool:
-        """Whether a transform says what the last one did, which takes a tenth of the time to see."""
+        """Whether a transform equals the last one, which takes a tenth of the time to check."""
         if _numbers(transform) != self.numbers:
             return False
         self.count += 1
@@ -241,11 +241,11 @@ class Link:
 
     @property
     def is_mended(self) -> bool:
-        """Whether it changed so seldom that somebody puts it right."""
+        """Whether it changed so rarely that it is being corrected."""
         return self.moves and self.changes <= _MENDED
 
     def take(self, parent_from_child: NDArray[np.float64], numbers: tuple[float, ...]) -> None:
-        """Take the next pose (4, 4)."""
+        """Add the next pose (4, 4)."""
         self.numbers = numbers
         first = self.latest if self._first is None else self._first
         away = _motion(self.latest, parent_from_child)
@@ -260,23 +260,23 @@ class Link:
 
 
 def _motion(before: NDArray[np.float64], after: NDArray[np.float64]) -> float:
-    """Metres and radians in the plane between two poses (4, 4)."""
+    """Metres plus radians in the plane between two poses (4, 4)."""
     x, y, turn = seen_from_above(inverted(before) @ after)
     return float(np.hypot(x, y)) + abs(float(turn))
 
 
 @dataclass(frozen=True, eq=False)
 class OdometryLinks:
-    """Links that lead from the frame of odometry down to the car; the composition of all is the odometry."""
+    """Links from the odometry frame down to the car, which compose to the odometry."""
 
     frames: tuple[str, ...]
-    """From the frame of odometry to that of the car."""
+    """From the odometry frame to that of the car."""
     poses: tuple[NDArray[np.float64], ...]
-    """(4, 4) of each frame in the one before, as known beforehand."""
+    """(4, 4) of each frame in the previous one, as known in advance."""
     topics: tuple[str, ...]
-    """On which those that move are published."""
+    """Topics of the links that move."""
     driving: Link
-    """That moves most, or by which it is seen that none does; odometry has its stamps."""
+    """The link that moves most; if it does not move, none does. Odometry has its stamps."""
 
     @property
     def base_frame(self) -> str:
@@ -288,14 +288,14 @@ class OdometryLinks:
 
 
 class FrameLinks:
-    """All links that were published, on whatever topic: those that never change are fixed."""
+    """All links that were published, on any topic; those that never change are fixed."""
 
     def __init__(self, *, takes_mended: bool = False) -> None:
-        """``takes_mended``: those count as fixed, too, that were put right while they are heard."""
+        """With ``takes_mended``, links corrected while they are received also count as fixed."""
         self._takes_mended = takes_mended
         self._links: dict[tuple[str, str], Link] = {}
         self.contradicted: dict[tuple[str, str], NDArray[np.float64]] = {}
-        """What a fixed link is by a topic whose links may move, where it is another there."""
+        """What a topic with movable links publishes for a fixed link, if it differs."""
 
     def __iter__(self) -> Iterator[Link]:
         return iter(self._links.values())
@@ -310,8 +310,8 @@ class FrameLinks:
         return any(frame in ends for ends in self._links)
 
     def add(self, transform: "geometry_msgs__msg__TransformStamped", topic: str) -> Link | None:
-        """Take a transform from a topic; a latched one has the last word on a link that others publish too.
-        Returns the link, None without a valid pose."""
+        """Add a transform from a topic; a latched one takes precedence over others for the same link. Returns
+        the link, None without a valid pose."""
         ends, is_latched_topic = ends_of(transform), is_latched(topic)
         known = self._links.get(ends)
         if known is not None and known.repeats(transform):
@@ -331,7 +331,7 @@ class FrameLinks:
         return known
 
     def fixed(self) -> TransformTree:
-        """The frames that are fixed to each other on the car."""
+        """Frames that are fixed to each other on the car."""
         tree = TransformTree()
         for link in self._of_the_car():
             if not link.moves or (self._takes_mended and link.is_mended):
@@ -339,8 +339,8 @@ class FrameLinks:
         return tree
 
     def circles(self, base: str, frame: str) -> Iterator[tuple[Link, NDArray[np.float64]]]:
-        """The links that contradict the way from the base down to a frame, as where links go in a circle; and
-        ``base_from_frame`` (4, 4) by each."""
+        """The links that contradict the path from the base down to a frame, such as those that close a
+        circle, with ``base_from_frame`` (4, 4) by each."""
         tree = self.fixed()
         around = tree.around(base)
         line = [each for each in tree.line_up(frame) if each != base]
@@ -363,11 +363,11 @@ class FrameLinks:
         ]
 
     def odometry(self, sensor_frame: str) -> OdometryLinks | None:
-        """The links from a frame of odometry to the part of the car that holds the sensor, if there are any.
+        """The links from an odometry frame to the part of the car with the sensor, if there are any.
 
-        The frame of odometry is known by its name; without one it is the parent of what moves nearest to the
-        sensor. No link that is fixed to the world is passed. Of a sensor that nothing links to the car, the
-        part is that of the base, by its name or as the child of odometry.
+        The odometry frame is known by its name, or else is the parent of the nearest moving link to the
+        sensor. Links fixed to the world are not followed. For a sensor that is not linked to the car, the
+        part is that of the base, known by its name or as the child of odometry.
         """
         tree = self.fixed()
         frames = {end for link in self for end in (link.parent, link.child)}
@@ -394,8 +394,8 @@ class FrameLinks:
         return max(candidates, key=preference, default=None)
 
     def standing_odometry(self, odometry: OdometryLinks) -> list[Link]:
-        """Of the links of an odometry that moves, those that begin where odometry does and never change, as
-        whoever publishes them did not mean them to."""
+        """Links of a moving odometry that start at the odometry frame and never change, which their publisher
+        cannot have intended."""
         ends = pairwise(odometry.frames)
         return [
             link
@@ -409,13 +409,13 @@ class FrameLinks:
         return next(moving, None)
 
     def _carries(self, link: Link, on_car: set[str]) -> bool:
-        """Whether a link without a standard name moves the whole car: one to a part of it does not."""
+        """Whether a link without a standard name moves the whole car instead of a part of it."""
         is_part = link.parent in on_car or "base" in last_name(link.parent)
         return link.moves and link.child in on_car and not is_part and not is_world_frame(link.parent)
 
     def _way_down(self, start: str, on_car: set[str]) -> list[str]:
-        """The frames from the start to the first on the car, by as few links as possible; empty if there is
-        no way. Each link may have been published either way round."""
+        """The shortest path of frames from the start to the first on the car; empty if there is none. Each
+        link may have been published in either direction."""
         neighbours: dict[str, list[str]] = {}
         for link in self:
             if not (is_world_frame(link.parent) or is_world_frame(link.child)):

@@ -1,1 +1,1 @@
-"""The bag formats, whole or damaged, as topics and raw messages."""
+"""The bag formats, intact or damaged, read as topics and raw messages."""

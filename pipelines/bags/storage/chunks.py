@@ -1,9 +1,8 @@
 """Bag files read chunk by chunk, with or without their index.
 
-A recorder appends; what is written stays where it is. So a file that lost its end still holds whole
-chunks, and a short pass over it shows which messages each chunk holds and from when to when. With
-that, the chunks can be loaded one after the other in the order of time: memory holds the chunks that
-overlap, however long the bag.
+A recorder only appends, so a file that lost its end still has complete chunks. A short pass over it finds
+which messages each chunk has, and the time they span. The chunks can then be loaded in time order: memory
+holds only those that overlap, however long the bag.
 """
 
 import heapq
@@ -17,10 +16,10 @@ from pathlib import Path
 from racecar.pipelines.bags.storage.compression import Allowance, decompress_what_is_there
 
 RawMessage = tuple[str, int, bytes]
-"""Topic, time of recording in nanoseconds, serialized message."""
+"""Topic, recording time in nanoseconds, serialized message."""
 _MOST_HELD = 128 << 20
-"""Bytes of messages that wait for chunks which begin before them, so that memory suffices: a second of many
-lasers has a hundredth."""
+"""Limit in bytes on messages held back for chunks that begin before them, so memory suffices. A second of
+many lasers takes a hundredth of it."""
 
 
 @dataclass(frozen=True)
@@ -29,23 +28,23 @@ class BagTopic:
 
     name: str
     message_type: str
-    """In the ROS 2 manner, such as ``sensor_msgs/msg/LaserScan``."""
+    """As in ROS 2, such as ``sensor_msgs/msg/LaserScan``."""
     encoding: str
     """``cdr`` or ``ros1``."""
     message_count: int = 0
 
     def takes(self, other: "BagTopic") -> bool:
-        """Whether the messages of the other are of this topic's name, type and encoding."""
+        """Whether the other topic has the same name, type and encoding."""
         names = other.name, other.message_type, other.encoding
         return names == (self.name, self.message_type, self.encoding)
 
 
 @dataclass
 class Chunk:
-    """A segment of a file, and which messages it holds."""
+    """A segment of a file, and the messages in it."""
 
     begin: int
-    """Byte (or page) at which the messages begin."""
+    """Byte (or page) where the messages begin."""
     size: int
     """Bytes (or pages)."""
     compression: str = ""
@@ -55,7 +54,7 @@ class Chunk:
     """Messages by channel id."""
 
     def note(self, channel: int, first_time: int, last_time: int, count: int = 1) -> None:
-        """Take into account ``count`` messages of a channel."""
+        """Add ``count`` messages of a channel."""
         self.counts[channel] += count
         self.start_time = min(self.start_time, first_time)
         self.end_time = max(self.end_time, last_time)
@@ -63,14 +62,14 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Damage:
-    """What a file lost."""
+    """What is missing from a file."""
 
     file_name: str
     cause: str
     """A clause, such as "is cut off"."""
     bytes_read: int
     bytes_expected: int | None
-    """None where the file does not say."""
+    """None if the file does not state it."""
 
     def __str__(self) -> str:
         read = self.bytes_read / 1e6
@@ -86,31 +85,31 @@ class Damage:
 
 
 class BagFile(ABC):
-    """One file of a bag; a subclass knows the format."""
+    """One file of a bag; subclasses implement the format."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.damage: Damage | None = None
-        """What is lost; known at the latest when all was read."""
+        """What is missing; known once everything was read, if not earlier."""
 
     @property
     @abstractmethod
     def topics(self) -> list[BagTopic]:
-        """With the number of readable messages; a name may come up several times."""
+        """Topics with their numbers of readable messages; a name may occur several times."""
 
     @property
     @abstractmethod
     def start_time(self) -> int:
-        """Recording time of the first message in nanoseconds; 0 where there is none."""
+        """Recording time of the first message in nanoseconds; 0 if there is none."""
 
     @abstractmethod
     def messages(self, topics: Mapping[str, BagTopic]) -> Iterator[RawMessage]:
-        """The messages of these topics, by name, in the order of their recording times."""
+        """Messages of these topics, by name, in order of recording time."""
 
     @property
     @abstractmethod
     def unreadable_messages(self) -> int:
-        """Messages that the file announced and that could not be read after all; grows while reading."""
+        """Messages that the file announced but that could not be read; grows while reading."""
 
     @abstractmethod
     def close(self) -> None:
@@ -188,12 +187,12 @@ class ChunkedFile(BagFile):
     def _load(
         self, chunk: Chunk, wanted: Collection[int], allowance: Allowance
     ) -> list[tuple[int, int, bytes]]:
-        """Time, channel and content of the wanted channels' readable messages in a chunk."""
+        """Time, channel and content of readable messages in a chunk, for the wanted channels."""
         found = self._messages_in(self._content(chunk, allowance))
         return [(time, channel, bytes(data)) for time, channel, data in found if channel in wanted]
 
     def _messages_in(self, content: bytes | bytearray) -> Iterator[tuple[int, int, memoryview]]:
-        """Time, channel and content of the readable messages in what a chunk holds."""
+        """Time, channel and content of readable messages in the content of a chunk."""
         raise NotImplementedError
 
     def _content(self, chunk: Chunk, allowance: Allowance) -> bytes | bytearray:
@@ -201,7 +200,7 @@ class ChunkedFile(BagFile):
         return decompress_what_is_there(data, chunk.compression, allowance)
 
     def _read_at(self, begin: int, size: int) -> bytes:
-        """What of these bytes the file has; a damaged length may announce any number of them."""
+        """Read those of these bytes that exist; a damaged length may announce any number of them."""
         if not 0 <= begin < self._file_size:
             return b""
         self._file.seek(begin)

@@ -1,4 +1,4 @@
-"""Decompression that gives what it can of damaged data, and no more than memory and disk can bear."""
+"""Decompression of as much of damaged data as possible, within the limits of memory and disk."""
 
 import bz2
 import shutil
@@ -18,48 +18,48 @@ else:
     from backports import zstd
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
-"""With which compressed data begin; RFC 8878, 3.1.1. No CDR message begins so."""
+"""Compressed data begin with this; RFC 8878, 3.1.1. No CDR message does."""
 
 LOOSE = "loose"
-"""In place of a compression: messages of MCAP that stand outside chunks."""
+"""Replaces a compression, for MCAP messages outside chunks."""
 _UNCOMPRESSED = ("", "none", LOOSE)
-"""As MCAP and ROS 1 say it."""
+"""Names for this in MCAP and ROS 1."""
 _DECOMPRESSORS: dict[str, Callable[[], Any]] = {
     "bz2": bz2.BZ2Decompressor,
     "lz4": lz4.frame.LZ4FrameDecompressor,
     "zstd": zstd.ZstdDecompressor,
 }
 _ERRORS = (OSError, EOFError, RuntimeError, ValueError, MemoryError, zstd.ZstdError)
-"""What decompressors raise on damaged data."""
+"""Errors that decompressors raise on damaged data."""
 _STEP = 4096
-"""Bytes decompressed at once, because an error in a later step leaves the earlier ones intact."""
+"""Bytes decompressed in one step; an error in a later step leaves earlier ones intact."""
 _PIECE = 1 << 20
-"""Bytes that one step gives at most, because a few may stand for gigabytes."""
+"""Most bytes that one step yields, because a few may expand to gigabytes."""
 _LARGEST_RATIO = 200
-"""Of what comes out of a file to its size, since scans shrink to a half or a tenth, and black images to a
+"""Ratio of decompressed size to file size. Scans shrink to a half or a tenth, and black images to a
 hundredth."""
 _ANY_BYTES = 16 << 20
-"""Beyond that, since an empty map of 4000 x 4000 cells shrinks to next to nothing."""
+"""Additional bytes, since an empty map of 4000 x 4000 cells compresses to almost nothing."""
 _MOST_BLOCK_BYTES = 512 << 20
-"""That no block may grow to, so that memory suffices."""
+"""Largest block, so memory suffices."""
 
 
 class Allowance:
-    """How many bytes may yet come out of a file in one pass over it, whatever the file claims to hold."""
+    """Bytes that may still be decompressed in one pass over a file, whatever the file claims to contain."""
 
     def __init__(self, file_size: int) -> None:
         self._left = _ANY_BYTES + _LARGEST_RATIO * file_size
 
     def gives(self, size: int) -> bool:
-        """Whether so many bytes may come out; if so, they are taken off."""
+        """Whether ``size`` bytes may be decompressed; if so, subtracts them."""
         if is_allowed := size <= self._left:
             self._left -= size
         return is_allowed
 
 
 def decompress_what_is_there(data: bytes, compression: str, allowance: Allowance) -> bytes | bytearray:
-    """The content of a compressed block, as far as it is whole and allowed; nothing of a block that is not
-    readable."""
+    """The content of a compressed block, as far as it is intact and allowed; empty if the block cannot be
+    read."""
     if compression in _UNCOMPRESSED:
         return data
     if compression not in _DECOMPRESSORS:
@@ -75,7 +75,7 @@ def decompress_what_is_there(data: bytes, compression: str, allowance: Allowance
 
 
 def _pieces(steps: Iterable[bytes], compression: str) -> Iterator[bytes]:
-    """The content of one or several compressed frames; raises one of `_ERRORS` where they are damaged."""
+    """The content of one or several compressed frames; raises one of `_ERRORS` if they are damaged."""
     decompressor = None
     for step in steps:
         while step or (decompressor is not None and not decompressor.needs_input):
@@ -89,9 +89,9 @@ def _pieces(steps: Iterable[bytes], compression: str) -> Iterator[bytes]:
 
 
 def unpack(packed: Path, folder: Path) -> tuple[Path, bool]:
-    """Unpack a file that is compressed as a whole into a folder; the file there, and whether it is whole.
+    """Unpack a file compressed as a whole into a folder; returns its path there, and whether it is complete.
 
-    Raises UserError where nothing can be unpacked, or where there is no room for it.
+    Raises UserError when nothing can be unpacked, or there is no room for it.
     """
     unpacked = folder / packed.name.removesuffix(packed.suffix)
     allowance = Allowance(packed.stat().st_size)
@@ -110,7 +110,7 @@ def unpack(packed: Path, folder: Path) -> tuple[Path, bool]:
 
 
 def require_space(folder: Path, size: int, source: Path) -> None:
-    """Raises UserError where so many bytes of what is made of a file do not fit into a temporary folder."""
+    """Raises UserError when ``size`` bytes made from a file do not fit into a temporary folder."""
     if shutil.disk_usage(folder).free < size + _PIECE:
         raise UserError(
             f"There is no room in {folder} to unpack {source}: let TMPDIR name a folder on a larger disk."

@@ -1,4 +1,4 @@
-"""Which files make up a bag, in which order, and whether two paths hold the same one."""
+"""Which files make up a bag, in which order, and whether two paths contain the same bag."""
 
 import hashlib
 import re
@@ -14,36 +14,36 @@ from racecar.pipelines.bags.storage.formats import FORMATS, PACKED_SUFFIXES, ROS
 
 METADATA = "metadata.yaml"
 _MOST_BYTES = 1 << 20
-"""Of metadata.yaml; hundreds of topics take less, and parsing more takes long."""
+"""Limit on metadata.yaml; hundreds of topics take less, and parsing more takes long."""
 _PIECE = 1 << 20
-"""Bytes that tell bags apart at either end of a file, so that a large bag costs no more than a small one; the
-stamps in them differ between any two drives, and the sizes count too."""
+"""Bytes at either end of a file that distinguish bags, so a large bag costs no more than a small one. The
+stamps in them differ between any two drives, and file sizes are compared too."""
 
 
 @dataclass
 class BagFolder:
-    """The files of a bag, and what metadata.yaml says of them where it is there and sound."""
+    """The files of a bag, and the information in metadata.yaml if it is present and valid."""
 
     files: list[Path]
     message_count: int | None = None
-    """That metadata.yaml announces."""
+    """As announced by metadata.yaml."""
     missing: list[str] = field(default_factory=list)
-    """Names in metadata.yaml for which there is no file."""
+    """Names in metadata.yaml without a file."""
     unnamed: list[Path] = field(default_factory=list)
-    """Those of the files that metadata.yaml forgot; they are further parts of the recording."""
+    """Files missing from metadata.yaml; they are further parts of the recording."""
     others: list[Path] = field(default_factory=list)
-    """Bag files in the folder that are no part of the recording that metadata.yaml describes."""
+    """Bag files in the folder that do not belong to the recording described by metadata.yaml."""
 
 
 def read_folder(folder: Path) -> BagFolder:
-    """Raises UserError when no bag is in the folder, or it cannot be read."""
+    """Find the files of a bag. Raises UserError when the folder has no bag or cannot be read."""
     finish_replacing(folder)
     try:
         present = sorted((path for path in folder.iterdir() if path.is_file()), key=natural_order)
     except OSError as error:
         raise UserError(f"{folder} cannot be read: {error.strerror}.") from error
     bag_files = [path for path in present if unpacked_name(path).endswith(ROS2_SUFFIXES)]
-    # A file that was unpacked by hand lies beside the packed one.
+    # A file that was unpacked manually is next to the packed one.
     bag_files = [
         path for path in bag_files if path.suffix not in PACKED_SUFFIXES or _twin(path) not in bag_files
     ]
@@ -66,9 +66,9 @@ def read_folder(folder: Path) -> BagFolder:
 
 
 def bag_fingerprint(bag: Path) -> str:
-    """A digest of the sizes of a bag's files and of both ends of each, wherever it was moved or copied to.
+    """Digest of the size and both ends of each file of a bag; the same wherever it is moved or copied.
 
-    Raises UserError when it is no bag.
+    Raises UserError when it is not a bag.
     """
     digest = hashlib.sha256()
     for path in read_folder(bag).files if bag.is_dir() else [bag]:
@@ -82,7 +82,7 @@ def bag_fingerprint(bag: Path) -> str:
 
 
 def read_metadata(path: Path) -> dict[str, Any]:
-    """The content of metadata.yaml; empty where it is missing or broken."""
+    """Content of metadata.yaml; empty if it is missing or invalid."""
     try:
         content = parse_yaml(read_text(path, _MOST_BYTES))
     except (UserError, UnreadableYamlError):
@@ -92,7 +92,7 @@ def read_metadata(path: Path) -> dict[str, Any]:
 
 
 def _named_files(metadata: dict[str, Any]) -> list[str]:
-    """The names of the files, without the folders that they lay in while they were recorded."""
+    """Names of the files, without the folders they were in while being recorded."""
     paths = metadata.get("relative_file_paths")
     if not isinstance(paths, list):
         return []
@@ -100,7 +100,7 @@ def _named_files(metadata: dict[str, Any]) -> list[str]:
 
 
 def unpacked_name(path: Path) -> str:
-    """Without the endings of compression, and of a ROS 1 bag that is still being recorded."""
+    """Name without the suffixes of compression and of a ROS 1 bag that is still being recorded."""
     name = path.name
     for suffix in (*PACKED_SUFFIXES, ".active"):
         name = name.removesuffix(suffix)
@@ -112,13 +112,13 @@ def _twin(path: Path) -> Path:
 
 
 def _recording(path: Path) -> tuple[str, str]:
-    """What the parts of a split recording have in common: rosbag2 numbers them, as in ``drive_0.mcap``."""
+    """What the parts of a split recording share; rosbag2 numbers them, as in ``drive_0.mcap``."""
     name = Path(unpacked_name(path))
     return re.sub(r"_\d+$", "", name.stem), name.suffix
 
 
 def natural_order(path: Path) -> list[tuple[int, str]]:
-    """For sorting; numbers in names count as numbers."""
+    """Sort key in which digits in names compare as numbers."""
     parts = re.split(r"(\d+)", path.name)
     return [(int(part), "") if part.isdecimal() and len(part) < 20 else (-1, part) for part in parts]
 

@@ -1,6 +1,6 @@
-"""The bag formats, and which of them a file has.
+"""The bag formats, and how to recognize them.
 
-Another format is a reader of its own and a line in `FORMATS`.
+A new format is a reader of its own and an entry in `FORMATS`.
 """
 
 from collections.abc import Callable
@@ -17,18 +17,18 @@ from racecar.pipelines.bags.storage.sqlite import open_sqlite
 
 @dataclass(frozen=True)
 class BagFormat:
-    """How files of a format are known, and read."""
+    """How to recognize and read files of a format."""
 
     name: str
-    """For people."""
+    """Name for users."""
     magic: bytes
-    """With which every file begins."""
+    """First bytes of every file."""
     suffix: str
-    """Of file names."""
+    """Suffix of file names."""
     is_ros2: bool
-    """Whether such files make up the folders of ROS 2 bags."""
+    """Whether such files are in folders of ROS 2 bags."""
     open: Callable[[Path], BagFile]
-    """Raises UserError when the file is of an unknown version."""
+    """Raises UserError when the file has an unknown version."""
 
 
 FORMATS = (
@@ -37,9 +37,9 @@ FORMATS = (
     BagFormat(".mcap", MAGIC, ".mcap", True, McapFile),
 )
 ROS2_SUFFIXES = tuple(known.suffix for known in FORMATS if known.is_ros2)
-"""Of the files that lie in the folder of a ROS 2 bag."""
+"""Suffixes of the files in the folder of a ROS 2 bag."""
 PACKED_SUFFIXES = (".zstd", ".zst")
-"""Which rosbag2 and the program ``zstd`` append to the name of a file compressed as a whole."""
+"""Appended by rosbag2 and the program ``zstd`` to the name of a file compressed as a whole."""
 
 
 def is_packed(path: Path) -> bool:
@@ -48,7 +48,7 @@ def is_packed(path: Path) -> bool:
 
 
 def file_format(path: Path) -> BagFormat:
-    """The format of a bag file, by its first bytes. Raises UserError when it is no bag."""
+    """The format of a bag file, from its first bytes. Raises UserError when it is not a bag."""
     start = _start_of(path)
     if not start:
         raise UserError(f"{path} is empty: record or copy it again.")

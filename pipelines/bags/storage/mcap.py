@@ -1,7 +1,7 @@
-"""MCAP files, whole, without their end, or damaged inside: https://mcap.dev/spec.
+"""MCAP files, intact, truncated, or damaged inside: https://mcap.dev/spec.
 
-The file is passed over from front to back. The summary at its end is only needed to find the next chunk
-behind damaged bytes.
+The file is scanned from front to back. The summary at its end is needed only to find the next chunk after
+damaged bytes.
 """
 
 import struct
@@ -22,12 +22,12 @@ _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _CHUNK_INDEX, _DATA_END = (
     0x03, 0x04, 0x05, 0x06, 0x07, 0x08, 0x0F
 )  # fmt: skip
 _FIRST_PRIVATE = 0x80
-"""Records from here on are extensions, to be passed over."""
+"""Records from here on are extensions, which are skipped."""
 _GARBAGE = (struct.error, ValueError)
-"""What parsing damaged bytes raises."""
+"""Errors that parsing damaged bytes raises."""
 _LOOSE_BYTES = 1 << 20
 _LONGEST_NAME = 64
-"""Bytes of a compression's name, which are three or four; more is garbage."""
+"""Bytes in the name of a compression, which has three or four; more is garbage."""
 
 _record_head = struct.Struct("<BQ")
 _message_head = struct.Struct("<HIQQ")
@@ -40,7 +40,7 @@ _footer = struct.Struct("<BQQQI8s")
 
 
 def _records(data: bytes | bytearray) -> Iterator[tuple[int, memoryview]]:
-    """The whole records in a chunk's content: operation and content."""
+    """Complete records in the content of a chunk: operation and content."""
     view, position = memoryview(data), 0
     while position + 9 <= len(data):
         operation, size = _record_head.unpack_from(data, position)
@@ -63,7 +63,7 @@ def _is_operation(operation: int) -> bool:
 
 
 class McapFile(ChunkedFile):
-    """An ``.mcap`` file, read from front to back as far as it goes."""
+    """An ``.mcap`` file, read from front to back as far as possible."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
@@ -82,7 +82,7 @@ class McapFile(ChunkedFile):
             self.damage = Damage(path.name, "is damaged", self._file_size - self._skipped, self._file_size)
 
     def _scan(self, position: int) -> int | None:
-        """Find chunks and channels; returns where the readable part ends, None at the end of a cut file."""
+        """Find chunks and channels; returns the end of the readable part, None if the file is truncated."""
         while len(head := self._read_at(position, 9)) == 9:
             operation, size = _record_head.unpack(head)
             if operation == _DATA_END:
@@ -106,7 +106,7 @@ class McapFile(ChunkedFile):
         return None
 
     def _next_record(self, position: int, following: int) -> int | None:
-        """Where to go on behind the damaged record at ``position``; None where nothing tells it."""
+        """Position to resume at after the damaged record at ``position``; None if unknown."""
         operation, size = _record_head.unpack(self._read_at(following, 9).ljust(9, b"\0"))
         if _is_operation(operation) and following + 9 + size <= self._file_size:
             return following
@@ -115,7 +115,7 @@ class McapFile(ChunkedFile):
         return begins[number] if number < len(begins) else None
 
     def _take_summary(self) -> None:
-        """It repeats the channels of all chunks, also of those that are damaged."""
+        """Add the channels from the summary, which repeats those of all chunks, including damaged ones."""
         known = dict(self.channels)
         for operation, content in self._summary():
             with suppress(*_GARBAGE):
@@ -123,7 +123,7 @@ class McapFile(ChunkedFile):
         self.channels |= known
 
     def _summary(self) -> Iterator[tuple[int, memoryview]]:
-        """The records of the summary at the end of the file; none where it is not there."""
+        """Records in the summary at the end of the file; none if it is missing."""
         footer = self._read_at(self._file_size - _footer.size, _footer.size)
         if len(footer) == _footer.size and footer.endswith(MAGIC):
             summary_at = _footer.unpack(footer)[2]
@@ -131,7 +131,7 @@ class McapFile(ChunkedFile):
 
     @cached_property
     def _summarized_chunks(self) -> list[int]:
-        """Where chunks begin, according to the summary."""
+        """Positions of the chunks according to the summary."""
         return sorted(
             _three_uint64.unpack_from(content)[2]
             for operation, content in self._summary()
@@ -139,7 +139,7 @@ class McapFile(ChunkedFile):
         )
 
     def _take(self, operation: int, begin: int, size: int) -> None:
-        """Take a record; raises one of `_GARBAGE` where it is none. All of it need not be there."""
+        """Add a record, which may be incomplete; raises one of `_GARBAGE` if it is not a record."""
         if not _is_operation(operation):
             raise ValueError("no such record")
         if operation == _CHUNK:
@@ -173,7 +173,7 @@ class McapFile(ChunkedFile):
         self.chunks.append(Chunk(content_at, max(end - content_at, 0), compression))
 
     def _loose_chunk(self, begin: int, size: int) -> Chunk:
-        """The chunk that a message outside chunks is counted to."""
+        """The chunk to which a message outside chunks is assigned."""
         last = self.chunks[-1] if self.chunks else None
         if last is None or last.compression != LOOSE or last.size > _LOOSE_BYTES:
             last = Chunk(begin, 0, LOOSE)
@@ -193,7 +193,7 @@ class McapFile(ChunkedFile):
             self.channels[channel] = BagTopic(topic, message_type, encoding)
 
     def _learn_last(self, may_lack_index: bool = False) -> None:
-        """Look into the last chunk, if no index describes it or its channels were not met before."""
+        """Read the last chunk if no index describes it or it has unknown channels."""
         if not self.chunks or self.chunks[-1].compression == LOOSE:
             return
         chunk = self.chunks[-1]

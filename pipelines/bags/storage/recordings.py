@@ -1,4 +1,4 @@
-"""What on a disk is a recording, and which recordings this program wrote itself."""
+"""Which paths on a disk are recordings, and which of those this program wrote itself."""
 
 import re
 from contextlib import suppress
@@ -10,15 +10,15 @@ from racecar.pipelines.bags.storage.formats import FORMATS, ROS2_SUFFIXES, file_
 
 BAG_SUFFIXES = tuple(known.suffix for known in FORMATS)
 CALLER = "/racecar"
-"""The publisher that a ROS 1 bag of ours names."""
+"""Publisher named in ROS 1 bags that this program writes."""
 WRITTEN_BY = {"written_by": "racecar"}
-"""The custom data in the metadata.yaml of a ROS 2 bag of ours."""
+"""Custom data in the metadata.yaml of ROS 2 bags that this program writes."""
 _FIRST_BYTES = 1 << 14
-"""Of a ROS 1 bag: its header takes 4096, and the first connection, with its message type, a few thousand."""
+"""First bytes of a ROS 1 bag: its header takes 4096, the first connection with its type a few thousand."""
 
 
 def is_bag_file(path: Path) -> bool:
-    """By its name, which a damaged one has too, or else by its first bytes."""
+    """Recognized by name, which also works if it is damaged, or else by its first bytes."""
     if not path.is_file():
         return False
     if unpacked_name(path).endswith(BAG_SUFFIXES):
@@ -31,8 +31,8 @@ def is_bag_file(path: Path) -> bool:
 
 
 def is_bag_folder(folder: Path) -> bool:
-    """Whether a folder is one bag: rosbag2 wrote metadata.yaml, or was killed before, and named the parts
-    after the folder. Other bag files in a folder are bags of their own."""
+    """Whether a folder is a single bag: rosbag2 wrote metadata.yaml, or was killed first and named the parts
+    after the folder. Other bag files in a folder are separate bags."""
     try:
         bag = read_folder(folder)
     except UserError:
@@ -43,7 +43,7 @@ def is_bag_folder(folder: Path) -> bool:
 
 
 def is_our_recording(path: Path) -> bool:
-    """Whether this program wrote a bag, as it says itself."""
+    """Whether this program wrote a bag, as stated in the bag."""
     if path.is_dir():
         custom = read_metadata(path / METADATA).get("custom_data")
         return isinstance(custom, dict) and custom.items() >= WRITTEN_BY.items()
@@ -53,6 +53,6 @@ def is_our_recording(path: Path) -> bool:
 
 
 def refuse_lone_part(path: Path) -> None:
-    """Raises UserError when a bag to be written is named like a single file of a ROS 2 bag."""
+    """Raises UserError when the name of a bag to be written is that of a single file of a ROS 2 bag."""
     if path.suffix in ROS2_SUFFIXES or path.name == METADATA:
         raise UserError(f"{path} cannot be written as a single file: name a .bag file, or a folder.")

@@ -1,7 +1,7 @@
-"""ROS 1 bags (format 2.0), whole or cut off.
+"""ROS 1 bags (format 2.0), intact or truncated.
 
-``rosbags`` keeps an index entry for every message in memory and refuses a bag without its index; this
-reader keeps one entry per chunk and finds them by passing over the file. The format:
+``rosbags`` keeps an index entry for every message in memory and refuses a bag without its index. This reader
+keeps one entry per chunk, which it finds by scanning the file. The format:
 http://wiki.ros.org/Bags/Format/2.0
 """
 
@@ -29,12 +29,12 @@ _CHUNK_HEADER = re.compile(
     rb"\x0f\0\0\0compression=(?:bz2|lz4)|\x10\0\0\0compression=none){3}",
     re.DOTALL,
 )
-"""Its length, and its three fields in any order; of three such fields only these make up the length."""
+"""Its length, and its three fields in any order; no other three such fields have this length."""
 _LONGEST_CHUNK_HEADER = 45
 _STEP = 1 << 20
-"""Bytes searched at once."""
+"""Bytes searched in one step."""
 _GARBAGE = (LookupError, struct.error, ValueError)
-"""What parsing damaged bytes raises."""
+"""Errors that parsing damaged bytes raises."""
 
 _uint32 = struct.Struct("<I")
 _uint64 = struct.Struct("<Q")
@@ -52,7 +52,7 @@ def _header_fields(header: bytes | bytearray) -> dict[bytes, bytes]:
 
 
 def _records(data: bytes | bytearray) -> Iterator[tuple[dict[bytes, bytes], memoryview]]:
-    """The whole records within a chunk's content: header fields and data."""
+    """Complete records in the content of a chunk: header fields and data."""
     view, position = memoryview(data), 0
     while position + 4 <= len(data):
         data_at = position + 4 + _uint32.unpack_from(data, position)[0]
@@ -66,7 +66,7 @@ def _records(data: bytes | bytearray) -> Iterator[tuple[dict[bytes, bytes], memo
 
 
 class Ros1File(ChunkedFile):
-    """A ``.bag`` file. Raises UserError when it is not one of format 2.0."""
+    """A ``.bag`` file. Raises UserError when it does not have format 2.0."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
@@ -79,7 +79,7 @@ class Ros1File(ChunkedFile):
         self.damage = self._find_damage(end)
 
     def _scan(self, position: int) -> int:
-        """Find chunks and connections; returns how many bytes hold readable records."""
+        """Find chunks and connections; returns the number of bytes in readable records."""
         skipped = 0
         while position < self._file_size:
             following = self._take_record_at(position)
@@ -92,19 +92,19 @@ class Ros1File(ChunkedFile):
         return self._file_size - skipped
 
     def _bytes_of_messages(self, begin: int, end: int) -> int:
-        """How many of these bytes are not of the index behind all chunks, whose content is known anyway."""
+        """Number of these bytes before the index that follows all chunks, whose content is known anyway."""
         index_at = self._index_position if self._index_position > 0 else self._file_size
         return max(min(end, index_at) - begin, 0)
 
     def _take_record_at(self, position: int) -> int | None:
-        """The position behind a record; None where no record is."""
+        """The position after a record; None if there is no record."""
         record = self._record_at(position)
         if record is None:
             return None
         fields, data_at, size = record
         try:
             size = self._size_of_index(fields, data_at, size)
-            if data_at + size > self._file_size:  # it is cut off, or its length is damaged
+            if data_at + size > self._file_size:  # it is truncated, or its length is damaged
                 size = self._next_chunk_after(data_at) - data_at
             self._take(fields, data_at, size)
         except _GARBAGE:
@@ -112,14 +112,14 @@ class Ros1File(ChunkedFile):
         return data_at + size
 
     def _size_of_index(self, fields: dict[bytes, bytes], data_at: int, size: int) -> int:
-        """Some recorders wrote a wrong size; rosbag itself goes by the count of entries."""
+        """Some recorders wrote a wrong size; rosbag itself uses the count of entries."""
         if fields[b"op"][0] != _INDEX or self._record_at(data_at + size) is not None:
             return size
         counted = _INDEX_ENTRY * _uint32.unpack(fields[b"count"])[0]
         return counted if self._record_at(data_at + counted) is not None else size
 
     def _next_chunk_after(self, position: int) -> int:
-        """Where the next chunk begins behind damaged bytes, or the end of the file."""
+        """Position of the next chunk after damaged bytes, or the end of the file."""
         for begin in range(position + 1, self._file_size, _STEP):
             found = _CHUNK_HEADER.search(self._read_at(begin, _STEP + _LONGEST_CHUNK_HEADER))
             if found:
@@ -141,7 +141,7 @@ class Ros1File(ChunkedFile):
             self._take_connection(fields, self._read_at(data_at, size))
 
     def _record_at(self, position: int) -> tuple[dict[bytes, bytes], int, int] | None:
-        """Header fields of a record, where its data begins and how long it is; None where no record is."""
+        """Header fields, data position and data length of a record; None if there is no record."""
         start = self._read_at(position, 4)
         if len(start) < 4 or (length := _uint32.unpack(start)[0]) > _LONGEST_HEADER:
             return None
@@ -171,7 +171,7 @@ class Ros1File(ChunkedFile):
         self.channels[_uint32.unpack(fields[b"conn"])[0]] = BagTopic(topic, message_type, "ros1")
 
     def _learn_channels(self, chunk: Chunk) -> None:
-        """Connections stand in the chunk of their first message, and again at the end that may be lost."""
+        """Connections are in the chunk of their first message, and again at the end, which may be lost."""
         if not chunk.counts:
             self._count_messages()
         if chunk.counts and all(channel in self.channels for channel in chunk.counts):
@@ -182,7 +182,7 @@ class Ros1File(ChunkedFile):
                     self._take_connection(fields, bytes(content))
 
     def _count_messages(self) -> None:
-        """Look into the last chunk: a cut or damage may have taken a part of it, or of its index."""
+        """Read the last chunk; part of it or its index may be cut off or damaged."""
         if not self.chunks:
             return
         last = self.chunks[-1]
@@ -204,7 +204,7 @@ class Ros1File(ChunkedFile):
         return None
 
     def _messages_in(self, content: bytes | bytearray) -> Iterator[tuple[int, int, memoryview]]:
-        """Up to the first that is damaged."""
+        """Messages up to the first damaged one."""
         with suppress(*_GARBAGE):
             for fields, data in _records(content):
                 if fields[b"op"] == _MESSAGE_OPERATION:

@@ -1,4 +1,4 @@
-"""ROS 2 sqlite bags, read by SQLite as long as it can, and then page by page."""
+"""ROS 2 sqlite bags, read by SQLite as long as possible, and then page by page."""
 
 import logging
 import shutil
@@ -16,7 +16,7 @@ _log = logging.getLogger(__name__)
 
 
 def open_sqlite(path: Path) -> BagFile:
-    """A ``.db3`` file."""
+    """Open a ``.db3`` file."""
     try:
         return SqliteFile(path)
     except sqlite3.Error as error:
@@ -25,19 +25,19 @@ def open_sqlite(path: Path) -> BagFile:
 
 
 def has_log(path: Path) -> bool:
-    """Whether a write-ahead log lies beside a file: the newest messages of a bag that was copied while it was
-    recorded, or whose recorder was killed, stand there."""
+    """Whether a file has a write-ahead log. It contains the newest messages of a bag that was copied while
+    being recorded, or whose recorder was killed."""
     log = _log_of(path)
     return log.is_file() and log.stat().st_size > 0
 
 
 def with_log(path: Path, folder: Path) -> Path:
-    """A copy into which SQLite has written the log. Raises UserError where there is no room for it."""
+    """A copy with the log applied by SQLite. Raises UserError when there is no room for it."""
     require_space(folder, path.stat().st_size + 2 * _log_of(path).stat().st_size, path)
     copy = folder / path.name
     shutil.copyfile(path, copy)
     shutil.copyfile(_log_of(path), _log_of(copy))
-    # A damaged database is left to those who read what there is.
+    # If the database is damaged, readers use what is there.
     with suppress(sqlite3.Error), closing(sqlite3.connect(copy)) as connection:
         connection.execute("PRAGMA trusted_schema = OFF")
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
@@ -49,13 +49,13 @@ def _log_of(path: Path) -> Path:
 
 
 class SqliteFile(BagFile):
-    """The tables ``topics`` and ``messages``; raises sqlite3.Error where they are damaged from the start."""
+    """The tables ``topics`` and ``messages``; raises sqlite3.Error if they cannot be read at all."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._pages: SqlitePages | None = None
         self._read = self._announced = 0
-        # Immutable: no lock is taken and nothing is written beside the file.
+        # Immutable: takes no lock and writes nothing next to the file.
         address = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
         self._connection = sqlite3.connect(address, uri=True, check_same_thread=False)
         self._connection.text_factory = bytes
@@ -120,7 +120,7 @@ class SqliteFile(BagFile):
         return self._pages
 
     def _require_tables(self) -> None:
-        """What merely bears their names, such as a view, could take for ever."""
+        """Reject anything else with their names, such as a view, which could take forever."""
         query = "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table' AND name IN ('topics', 'messages')"
         ((count,),) = self._rows(query)
         if count != 2:
@@ -145,7 +145,7 @@ class SqliteFile(BagFile):
     def _rows(self, query: str, values: list[int] | None = None) -> Iterator[tuple[Any, ...]]:
         try:
             yield from self._connection.execute(query, values or [])
-        except UnicodeDecodeError as error:  # sqlite3 cannot word an error that quotes a damaged name
+        except UnicodeDecodeError as error:  # sqlite3 cannot format an error that quotes a damaged name
             raise sqlite3.DatabaseError("its schema is damaged") from error
 
 

@@ -1,7 +1,7 @@
-"""ROS 2 sqlite bags read page by page, where SQLite itself refuses them because they are cut or damaged.
+"""ROS 2 sqlite bags read page by page, if SQLite itself refuses them because they are truncated or damaged.
 
-Of the format (https://sqlite.org/fileformat2.html) only what a bag needs: leaf pages of tables, their cells,
-and overflow pages. Where a page is missing its messages are; the rest is read.
+Implements only the part of the format (https://sqlite.org/fileformat2.html) that bags need: leaf pages of
+tables, their cells, and overflow pages. Messages on missing pages are lost; the rest is read.
 """
 
 import struct
@@ -16,10 +16,10 @@ _LEAF = 0x0D
 _HEADER_SIZE = 100
 _PAGES_PER_CHUNK = 256
 _PAGE_SIZES = tuple(1 << power for power in range(9, 17))
-"""Bytes that a page may have."""
+"""Possible page sizes in bytes."""
 _USUAL_PAGE_SIZE = 4096
 _MOST_RESERVED = 32
-"""Bytes at the end of a page that are kept free; SQLite's own extensions take no more."""
+"""Bytes reserved at the end of a page; SQLite's own extensions reserve no more."""
 
 _uint16 = struct.Struct(">H")
 _uint32 = struct.Struct(">I")
@@ -28,7 +28,7 @@ Value = int | bytes | None
 
 
 def _varint(data: bytes, position: int) -> tuple[int, int]:
-    """A number of 1 to 9 bytes, and the position behind it."""
+    """A number of 1 to 9 bytes, and the position after it."""
     value = 0
     for _ in range(8):
         byte = data[position]
@@ -40,7 +40,7 @@ def _varint(data: bytes, position: int) -> tuple[int, int]:
 
 
 def _column(code: int, record: bytes, position: int) -> tuple[Value, int]:
-    """The value of a column of this serial type, and the position behind it; floats are not read."""
+    """The value of a column of this serial type, and the position after it; floats are not read."""
     if code >= 12:
         end = position + (code - 12) // 2
         return record[position:end], end
@@ -52,7 +52,7 @@ def _column(code: int, record: bytes, position: int) -> tuple[Value, int]:
 
 
 def _columns(record: bytes, count: int) -> list[Value]:
-    """The first ``count`` columns; fewer where the record has fewer."""
+    """The first ``count`` columns; fewer if the record has fewer."""
     header_size, position = _varint(record, 0)
     value_at, values = header_size, list[Value]()
     while position < header_size and len(values) < count:
@@ -63,7 +63,7 @@ def _columns(record: bytes, count: int) -> list[Value]:
 
 
 class SqlitePages(ChunkedFile):
-    """The tables ``topics`` and ``messages`` of a ``.db3`` file, as far as their pages are there."""
+    """The tables ``topics`` and ``messages`` of a ``.db3`` file, as far as their pages exist."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
@@ -88,7 +88,7 @@ class SqlitePages(ChunkedFile):
                 self.chunks.append(chunk)
 
     def _take(self, page: bytes, cell: int, chunk: Chunk, allowance: Allowance) -> None:
-        """Note a cell that looks like a row of ``topics`` or of ``messages``."""
+        """Add a cell that looks like a row of ``topics`` or ``messages``."""
         row_id, record, is_whole = self._record(page, cell)
         match _columns(record, 4):
             case [None, int(topic), int(time), *_] if is_whole or self._record(page, cell, allowance)[2]:
@@ -124,8 +124,8 @@ class SqlitePages(ChunkedFile):
                     yield page, cell
 
     def _record(self, page: bytes, cell: int, allowance: Allowance | None = None) -> tuple[int, bytes, bool]:
-        """Row id and record of a cell, and whether all of it is there; with an allowance, also what stands on
-        overflow pages, since any number of cells may claim the same ones."""
+        """Row id and record of a cell, and whether it is complete. Overflow pages are read only with an
+        allowance, since any number of cells may claim the same ones."""
         size, position = _varint(page, cell)
         row_id, position = _varint(page, position)
         local = self._bytes_on_page(size)
@@ -146,7 +146,7 @@ class SqlitePages(ChunkedFile):
         return row_id, b"".join(pieces), missing == 0
 
     def _bytes_on_page(self, size: int) -> int:
-        """How much of a record of this size stands on the leaf page itself."""
+        """Bytes on the leaf page itself of a record of this size."""
         most = self._usable - 35
         if size <= most:
             return size

@@ -1,4 +1,4 @@
-"""A bag of any kind as topics and raw messages."""
+"""A bag of any format as topics and raw messages."""
 
 import heapq
 import logging
@@ -25,14 +25,14 @@ from racecar.sensors.findings import Finding
 _log = logging.getLogger(__name__)
 
 _LATEST = 1 << 62
-"""Nanoseconds since 1970, in the year 2116; later is damaged, and sums of two such times fit into 64 bits."""
+"""Nanoseconds since 1970, in the year 2116; later times are damaged. Two of them add up within 64 bits."""
 
 
 class BagStore:
-    """Topics and messages of a ROS 1 ``.bag``, a ROS 2 bag folder, or a lone ``.db3`` or ``.mcap``.
+    """Topics and messages of a ROS 1 ``.bag``, a ROS 2 bag folder, or a single ``.db3`` or ``.mcap``.
 
-    Files and messages may be compressed. Nothing is ever written beside the bag. Raises UserError when the
-    path holds no bag.
+    Files and messages may be compressed. Never writes next to the bag. Raises UserError when the path is not
+    a bag.
     """
 
     def __init__(self, path: Path) -> None:
@@ -52,7 +52,7 @@ class BagStore:
         self._parts.sort(key=lambda part: part.start_time)
         self._all_topics = [topic for part in self._parts for topic in part.topics]
         self.topics = _merged(self._all_topics)
-        """By name."""
+        """Topics by name."""
 
     def close(self) -> None:
         """Close the files."""
@@ -60,7 +60,7 @@ class BagStore:
 
     @property
     def losses(self) -> list[str]:
-        """Sentences about what is damaged; more may come to light while reading."""
+        """Sentences about damage; reading may add more."""
         damages = self._damages + [part.damage for part in self._parts if part.damage is not None]
         if self.unreadable_messages and not damages:
             damages.append(Damage(self.path.name, "is damaged inside", 0, 0))
@@ -76,7 +76,7 @@ class BagStore:
 
     @property
     def notes(self) -> list[Finding]:
-        """What is told of the bag's files although nothing is lost."""
+        """Findings about the bag's files even though nothing is lost."""
         notes = []
         for name, files in (
             ("parts_not_named", self._folder.unnamed),
@@ -100,16 +100,16 @@ class BagStore:
 
     @property
     def unreadable_messages(self) -> int:
-        """Messages that were announced and could not be read, as far as the bag was read."""
+        """Messages that were announced but could not be read, as far as the bag was read."""
         return sum(part.unreadable_messages for part in self._parts)
 
     @property
     def start_time(self) -> int:
-        """Recording time of the first message in nanoseconds; 0 where there is none."""
+        """Recording time of the first message in nanoseconds; 0 if there is none."""
         return min((part.start_time for part in self._parts if part.start_time > 0), default=0)
 
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
-        """The messages of these topics, in the order of recording."""
+        """Messages of these topics, in the order of recording."""
         wanted = {name: self.topics[name] for name in topics if name in self.topics}
         allowance = Allowance(sum(part.path.stat().st_size for part in self._parts))
         for topic, time, data in _in_order_of_time(self._parts, wanted):
@@ -154,12 +154,12 @@ class BagStore:
         return part
 
     def _temporary_folder(self) -> Path:
-        """For files that are made readable, since nothing is written beside a bag; closing removes it."""
+        """For files that are made readable, since nothing is written next to a bag; removed on close."""
         return Path(self._stack.enter_context(TemporaryDirectory(prefix="racecar-")))
 
 
 def _merged(topics: list[BagTopic]) -> dict[str, BagTopic]:
-    """By name; where types differ, the one with most messages."""
+    """Topics by name; if types differ, the one with most messages."""
     counts: dict[tuple[str, str, str], int] = {}
     for topic in topics:
         key = topic.name, topic.message_type, topic.encoding
@@ -172,7 +172,7 @@ def _merged(topics: list[BagTopic]) -> dict[str, BagTopic]:
 
 
 def _in_order_of_time(parts: list[BagFile], topics: dict[str, BagTopic]) -> Iterator[RawMessage]:
-    """Of parts in the order of their beginnings; one is not looked into before its time has come."""
+    """Messages of parts sorted by their start; a part is not read before its time."""
     waiting = deque((part.start_time, number, part) for number, part in enumerate(parts))
     running: list[tuple[int, int, RawMessage, Iterator[RawMessage]]] = []
 
