@@ -1,4 +1,4 @@
-"""What a recording states wrongly about its sensors, put right while it is read."""
+"""Corrects what a recording states wrongly about its sensors, while it is read."""
 
 from dataclasses import dataclass, replace
 
@@ -16,16 +16,16 @@ from racecar.sensors.yaw_rate import YawRate
 
 @dataclass(frozen=True, eq=False)
 class Corrections:
-    """All that is to be read otherwise than it stands in the messages."""
+    """Everything that is read differently from what the messages state."""
 
     beams_are_reversed: bool = False
-    """Whether the beams were measured in the opposite order of time."""
+    """Whether the beams were measured in reverse time order."""
     bearing_factor: float = 1.0
-    """True angles of the first laser's beams over those stated."""
+    """Ratio of true to stated angles of the first laser's beams."""
     base_from_laser: Pose | None = None
-    """(3,) the place of the first laser, where it is not the one that the recording tells."""
+    """(3,) mount of the first laser, if it is not the one in the recording."""
     is_upside_down: bool = False
-    """Whether the first laser hangs the other way round than the recording tells: upside down, if upright."""
+    """Whether the first laser is mounted the other way up than recorded: upside down, if upright."""
     scan_shift: int = 0
     """Nanoseconds to add to the stamps of scans."""
     odometry_shift: int = 0
@@ -33,15 +33,15 @@ class Corrections:
     yaw_rate_shift: int = 0
     """Nanoseconds to add to the stamps of yaw rates."""
     odometry_factors: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    """By which x, y and yaw of the odometry are multiplied."""
+    """Factors for x, y and yaw of the odometry."""
     uses_odometry: bool = True
-    """Whether the odometry is worth reading."""
+    """Whether the odometry is used at all."""
     findings: tuple[Finding, ...] = ()
-    """Why all this is done, and what else was noticed."""
+    """The reasons for the corrections, and any other problems found."""
 
     @property
     def inputs(self) -> dict[str, object]:
-        """How the recording is read otherwise than it stands there, for reports."""
+        """The corrections to the recording, for reports."""
         changes: dict[str, object] = {
             "beams": "reversed" if self.beams_are_reversed else None,
             "bearing_factor": self.bearing_factor if self.bearing_factor != 1.0 else None,
@@ -60,7 +60,7 @@ NO_CORRECTIONS = Corrections()
 
 
 class Corrector:
-    """Applies corrections to scans and odometry; arrays that scans share are corrected once."""
+    """Applies corrections to scans and odometry; arrays shared between scans are corrected once."""
 
     def __init__(self, corrections: Corrections) -> None:
         self._corrections = corrections
@@ -74,16 +74,16 @@ class Corrector:
         )
         self._changes_odometry = corrections.odometry_shift != 0 or bool(np.any(self._factors != 1.0))
         self._beams: dict[int, _Beams] = {}
-        """The latest of each laser."""
+        """The latest beams of each laser."""
 
     def correct(self, item: Measurement) -> Measurement:
-        """The scan, or the sample, as it was."""
+        """The corrected scan or sample."""
         if isinstance(item, Scan):
             return self.scan(item)
         return self.odometry(item) if isinstance(item, Odometry) else self.yaw_rate(item)
 
     def scan(self, scan: Scan) -> Scan:
-        """The scan as it was."""
+        """The corrected scan."""
         corrections = self._corrections
         if not self._changes_scans:
             return scan
@@ -104,7 +104,7 @@ class Corrector:
         )
 
     def odometry(self, odometry: Odometry) -> Odometry:
-        """The sample as it was."""
+        """The corrected sample."""
         if not self._changes_odometry:
             return odometry
         return Odometry(
@@ -114,7 +114,7 @@ class Corrector:
         )
 
     def yaw_rate(self, yaw_rate: YawRate) -> YawRate:
-        """The sample as it was."""
+        """The corrected sample."""
         shift = self._corrections.yaw_rate_shift
         return YawRate(yaw_rate.stamp + shift, yaw_rate.rate) if shift else yaw_rate
 
@@ -124,7 +124,7 @@ class Corrector:
             bearings, order = scaled_bearings(scan, factor)
             offsets = offsets[order]
         if self._corrections.beams_are_reversed:
-            # After a stamp the order is turned round; before it, time_increment has the wrong sign.
+            # After a stamp the order is reversed; before it, time_increment has the wrong sign.
             is_sign = scan.cloud is None and offsets.max() <= 0.0
             offsets = -offsets if is_sign else offsets.min() + offsets.max() - offsets
         if is_mirrored:
@@ -141,14 +141,14 @@ class Corrector:
 
 @dataclass(frozen=True, eq=False)
 class _Beams:
-    """Bearings and times that many scans share, as they were and corrected."""
+    """Bearings and times shared by many scans, as recorded and corrected."""
 
     recorded_bearings: NDArray[np.float64]
     recorded_offsets: NDArray[np.float64]
     bearings: NDArray[np.float64]
     time_offsets: NDArray[np.float64]
     order: NDArray[np.intp] | None
-    """The recorded beams in that order; None where it is the same."""
+    """Indices of the recorded beams in the corrected order; None if unchanged."""
 
     def are_those_of(self, scan: Scan) -> bool:
         return self.recorded_bearings is scan.bearings and self.recorded_offsets is scan.time_offsets

@@ -1,4 +1,4 @@
-"""What can be wrong with a bag, by name and numbers; `sentences` tells people of it."""
+"""Possible problems of a bag, by name and numbers; `sentences` puts them into words for the user."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from racecar.sensors.sentences import COUNTED, SENTENCES
 
 @dataclass(frozen=True, init=False)
 class Finding:
-    """Something wrong with a bag."""
+    """A problem with a bag."""
 
     name: str
     spoils_map: bool
-    """A map made of the bag as it is would be wrong, or not be made at all."""
+    """A map made from the bag as it is would be wrong, or could not be made at all."""
     numbers: dict[str, Any]
-    """That its sentence names."""
+    """The numbers in its sentence."""
 
     def __init__(self, name: str, *, spoils_map: bool = False, **numbers: Any) -> None:
         for field, value in (("name", name), ("spoils_map", spoils_map), ("numbers", numbers)):
@@ -40,7 +40,7 @@ class Finding:
         return " ".join(self._words).rstrip()
 
     def as_dict(self) -> dict[str, Any]:
-        """For a JSON file."""
+        """The finding for a JSON file."""
         return {
             "name": self.name,
             "what": self.what,
@@ -58,12 +58,12 @@ class Finding:
 
 
 def times(count: int) -> str:
-    """Such as "once", "twice" and "3 times"."""
+    """For example "once", "twice" and "3 times"."""
     return {1: "once", 2: "twice"}.get(count, f"{count} times")
 
 
 def in_words(pose: Pose) -> str:
-    """A place (3,) for people."""
+    """A pose (3,) in words for the user."""
     return f"x {pose[0]:.2f} m, y {pose[1]:.2f} m, yaw {np.degrees(pose[2]):.0f}°"
 
 
@@ -74,13 +74,13 @@ _LOST = (
     "undecodable_messages",
     "oversized_messages",
 )
-"""Counts of messages that are missing in the map."""
+"""Counts of messages missing from the map."""
 _MUCH_LOST = 0.25
-"""Of all messages; a drive of which more is lost has holes that no odometry bridges: by judgement."""
+"""Share of all messages. Chosen by judgement: a drive that loses more has gaps that no odometry bridges."""
 
 
 def counted_findings(counts: Counter[str]) -> list[Finding]:
-    """What was mended or dropped while reading."""
+    """Findings on what was corrected or dropped while reading."""
     lost = sum(counts[name] for name in _LOST)
     is_much = lost > _MUCH_LOST * (lost + counts["scans"] + counts["odometry"])
     findings = [

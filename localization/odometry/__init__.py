@@ -1,1 +1,1 @@
-"""The car's motion between scans: odometry, its faults and its noise."""
+"""The car's motion between scans: odometry, its systematic errors and its noise."""

@@ -1,9 +1,9 @@
-"""What a car's odometry always gets wrong, and how its laser is turned, learned while it drives.
+"""Learns the systematic errors of a car's odometry and the orientation of its laser while driving.
 
-The three `OdometryFaults` show in how the estimates and odometry differ, segment after segment, and so does a
-laser that is turned against its told place: the car then seems to drive aside, on straights as in bends,
-while one that slips does so in bends only. A Kalman filter keeps all of it (Thrun, Burgard and Fox:
-Probabilistic Robotics, 2005, section 3.2).
+The three `OdometryFaults` show in the differences between estimates and odometry, segment by segment. So does
+a laser that is rotated from its configured mount: the car then seems to drift sideways on straights as well
+as in bends, while a slipping car does so in bends only. A Kalman filter estimates all of them (Thrun, Burgard
+and Fox: Probabilistic Robotics, 2005, section 3.2).
 """
 
 from dataclasses import astuple, replace
@@ -18,53 +18,53 @@ from racecar.sensors.motion.odometry_faults import OdometryFaults
 from racecar.sensors.scan import Scan
 
 _LASER = 3
-"""Which of what is learned the turn of the laser is, by definition of `OdometrySegment.by_faults`."""
+"""Index of the laser's rotation in the state, by definition of `OdometrySegment.by_faults`."""
 _MOST = np.array([0.4, 0.4, 0.2, 0.2, 0.2])
-"""Of each fault, in its unit, far beyond what cars showed, since where more seems wrong the estimates are.
-By judgement."""
+"""Bound on each fault, in its unit. Chosen by judgement: far more than any car showed; beyond that it is the
+estimates that are wrong."""
 _USUAL = np.array([0.05, 0.1, 0.05, 0.03, 0.05])
-"""Standard deviations among cars, in the order of `OdometrySegment.by_faults`. The share by which distances
-are off: recorded cars had 5 %, and with more, estimates that wander along a bare corridor made wheels out
-that tell twice the distance. The same of turns: 2 to 5 % in the logs of the SLAM benchmark. Radians per metre
-by which cars turn where odometry says straight ahead: up to 0.06 on those logs. Radians by which lasers are
-turned: two degrees, since brackets are mounted by eye. Metres to the left for each along the path at full
-effort: three degrees, since tyres that grip no more slip by some."""
+"""Standard deviations among cars, in the order of `OdometrySegment.by_faults`. Relative error of distances:
+recorded cars had 5 %; with more, estimates that drift along a bare corridor implied wheels that report twice
+the distance. Relative error of turns: 2 to 5 % in the logs of the SLAM benchmark. Radians per metre by which
+cars turn while odometry reports straight ahead: up to 0.06 on those logs. Radians by which lasers are
+rotated: two degrees, since brackets are mounted by eye. Metres of slip to the left per metre of path at full
+effort: three degrees, since tyres at the limit of grip slip a little."""
 _MEMORY = 200.0
-"""By judgement: metres plus radians after which a third is left of what was learned."""
+"""Metres plus radians after which the learned values decay to a third. Chosen by judgement."""
 _UNEXPLAINED = 0.05
-"""By judgement: share of distance and turn by which a segment is off for reasons of its own, besides slipping
-tyres."""
+"""Share of distance and turn by which a segment is off for other reasons than slipping tyres. Chosen by
+judgement."""
 _FARTHEST = 16.0
-"""Squared Mahalanobis distance beyond which a segment is left out, as after a bump: by judgement, four
+"""Squared Mahalanobis distance above which a segment is rejected, as after a bump. Chosen by judgement: four
 standard deviations."""
 _CONTRADICTED = 0.4
-"""Share of a segment by which it must be off, too, to be told of. Measured: where odometry told half for a
-second it was off by 0.5 to 1, after a kidnapping by 0.3, on recordings and drives without such faults by 0.1
-at most."""
+"""Share of its length by which a rejected segment must be off to be reported. Measured: 0.5 to 1 where
+odometry reported half the motion for a second, 0.3 after a kidnapping, at most 0.1 on recordings and drives
+without such faults."""
 _TURNED_FROM, _SURELY = 0.01, 3.0
-"""Radians, and standard deviations beyond them, from which on a laser counts as turned, since less may be
-feigned by a map, a floor or the timing of sweeps. Measured: of right mounts up to 0.004 was learned, slipping
-at 6 and 8 m/s; of sick_hall's, on a map made with it, 0.024 with a deviation of 0.0075 for a while."""
+"""Radians, and standard deviations in excess of them, above which a laser counts as rotated, since a map, a
+floor or the timing of sweeps may mimic less. Measured: on correct mounts up to 0.004 was learned, slipping at
+6 and 8 m/s; on sick_hall's, on a map made with it, 0.024 with a deviation of 0.0075 for a while."""
 
 
 class OdometryCalibration:
-    """Learns the faults."""
+    """Learns the systematic errors."""
 
     def __init__(self) -> None:
         self.faults = OdometryFaults()
         """Replaced as a whole, so that any thread may read them."""
         self.laser_turn = 0.0
-        """Radians by which the laser is turned to the left of its told place; 0 unless that is sure."""
+        """Radians by which the laser is rotated to the left of its configured mount; 0 unless significant."""
         self.contradicted = 0.0
-        """Metres plus radians of segments that were left out and off by much."""
+        """Metres plus radians of segments that were rejected and far off."""
         self._mean, self._covariance = np.zeros(5), np.diag(_USUAL**2)
         self._told: Pose | None = None
-        """Where the laser of the latest scan is said to be on the car."""
+        """Configured mount of the laser of the latest scan."""
 
     def learn(self, segment: OdometrySegment, slip: float) -> None:
-        """Take in how a segment of corrected odometry was off, whose tyres slip so much when pushed."""
+        """Update with a segment of corrected odometry; ``slip`` is that of the tyres at full effort."""
         kept = np.full(5, exp(-segment.travel / _MEMORY))
-        kept[_LASER] = 1.0  # nobody turns it on the way
+        kept[_LASER] = 1.0  # the laser is not rotated during a drive
         mean = kept * self._mean
         covariance = np.outer(kept, kept) * self._covariance + np.diag((1.0 - kept**2) * _USUAL**2)
         corrected = np.array([*astuple(self.faults), self.laser_turn, 0.0])
@@ -84,7 +84,7 @@ class OdometryCalibration:
         self.laser_turn = laser_turn if is_turned else 0.0
 
     def turned(self, scan: Scan) -> Scan:
-        """A scan as from where its laser is; what was learned belongs to the first at one told place."""
+        """The scan with the learned rotation, which applies to the first laser at one configured mount."""
         if scan.laser != 0:
             return scan
         if self._told is not None and not np.array_equal(scan.base_from_laser, self._told):
@@ -98,7 +98,7 @@ class OdometryCalibration:
 
     @property
     def odometry_warning(self) -> str | None:
-        """A sentence for people on odometry that suddenly told another motion; None where it did not."""
+        """A sentence for the user on odometry that suddenly reported another motion; None if it did not."""
         if self.contradicted == 0.0:
             return None
         return (
@@ -109,7 +109,7 @@ class OdometryCalibration:
 
     @property
     def laser_warning(self) -> str | None:
-        """A sentence for people on a laser that is turned; None where it is not."""
+        """A sentence for the user on a rotated laser; None if it is not rotated."""
         if self.laser_turn == 0.0:
             return None
         return (
@@ -120,9 +120,9 @@ class OdometryCalibration:
 
 
 def _noise(segment: OdometrySegment, slip: float) -> NDArray[np.float64]:
-    """(3, 3) what the end of a segment is off by besides the faults and the estimates: by slip and chance."""
+    """(3, 3) covariance of a segment's end besides faults and estimates: slip and random errors."""
     along, turn = (slip * segment.pushed) ** 2 + (_UNEXPLAINED * segment.travel) ** 2
-    # A wrong turn carries half of the path aside on average, at random a third of its square.
+    # A wrong turn shifts half of the path sideways on average, or a third of its square at random.
     forward = segment.by_faults[2, 2]
     aside, together = segment.driven[0] ** 2 * turn / 3.0, 0.5 * forward * turn
     return np.array([[along, 0.0, 0.0], [0.0, aside, together], [0.0, together, turn]])

@@ -1,4 +1,4 @@
-"""The car's motion between two moments, and how it errs: normally, in each coordinate of an increment."""
+"""The car's motion between two moments and its error, which is normal in each coordinate of an increment."""
 
 from dataclasses import dataclass, field
 from math import hypot, sqrt
@@ -18,23 +18,23 @@ class MotionStep:
     deviations: Pose
     """(3,) standard deviations in metres and radians."""
     travel: float
-    """Metres plus radians that the car may have moved; inf where nothing measured it."""
+    """Metres plus radians that the car may have moved; inf if nothing measured it."""
     seconds: float
-    """inf where the clock was set back, so that the time is unknown."""
+    """inf if the clock was set back, so that the time is unknown."""
     effort: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
-    """(2,) how hard the tyres were pushed along the car and across it, 0 to 1."""
+    """(2,) effort of the tyres along and across the car, 0 to 1."""
     behind: Pose = field(default_factory=lambda: np.zeros(3))
-    """(3,) to add to the motion of a car that is behind what its odometry says, see `slip`."""
+    """(3,) to add to the motion if the car lags behind its odometry, see `slip`."""
     is_over_gap: bool = False
-    """Whether so much time has passed that the car may have been carried to anywhere."""
+    """Whether enough time has passed for the car to have been carried anywhere."""
 
 
 def odometry_deviations(base_from_next_base: Pose, config: LocalizationConfig) -> Pose:
-    """(3,) standard deviations (metres, radians) of a measured increment (3,), besides the slip.
+    """(3,) standard deviations (metres, radians) of a measured increment (3,), excluding slip.
 
     The alphas are those of Thrun, Burgard and Fox: Probabilistic Robotics (2005), section 5.4. Here they
-    give variances that grow with the motion and not with its square, so that a drive is as uncertain in many
-    small steps as in few large ones. A car that stands still gains no noise at all.
+    yield variances proportional to the motion, not to its square, so that a drive is equally uncertain in
+    many small steps or a few large ones. A standing car gains no noise at all.
     """
     path, turn = path_and_turn(base_from_next_base)
     place = path * config.path_noise_per_metre**2 + turn * config.path_noise_per_turn**2
@@ -43,12 +43,12 @@ def odometry_deviations(base_from_next_base: Pose, config: LocalizationConfig) -
 
 
 def drift_deviations(seconds: float, config: LocalizationConfig) -> Pose:
-    """(3,) standard deviations (metres, radians) of an increment that nothing measured."""
+    """(3,) standard deviations (metres, radians) of an unmeasured increment."""
     return np.full(3, config.drift_noise * np.sqrt(seconds))
 
 
 def travel(base_from_next_base: Pose) -> float:
-    """How much an increment (3,) moves the car: metres plus radians."""
+    """Size of an increment (3,): metres plus radians."""
     return sum(path_and_turn(base_from_next_base))
 
 
@@ -64,7 +64,7 @@ def carry(
     base_from_next_base: Pose,
     deviations: Pose,
 ) -> tuple[Pose, NDArray[np.float64]]:
-    """A pose (3,) and its covariance (3, 3) in the map, after an increment (3,) with deviations (3,)."""
+    """Moves a map pose (3,) and its covariance (3, 3) by an increment (3,) with deviations (3,)."""
     carried = compose(map_from_base, base_from_next_base)
     shift_x, shift_y, _ = carried - map_from_base
     by_pose = np.array([[1.0, 0.0, -shift_y], [0.0, 1.0, shift_x], [0.0, 0.0, 1.0]])

@@ -1,4 +1,4 @@
-"""The car's motion from one scan to the next: measured by odometry, or carried on where there is none."""
+"""The car's motion from one scan to the next: measured by odometry, or extrapolated without it."""
 
 from dataclasses import replace
 from math import inf, isnan, sqrt
@@ -27,39 +27,39 @@ from racecar.sensors.motion.odometry_faults import OdometryFaults
 from racecar.sensors.motion.turn_fusion import TurnFusion, turned_more
 
 _EXTRAPOLATION = Extrapolation(100_000_000, speed_over=0, widest_gap=STALE_AFTER)
-"""By judgement: of odometry: at the speed between its last two samples, while the next is on its way, for a
-few periods of usual odometry (50 Hz)."""
+"""Odometry is extrapolated at the speed between its last two samples while the next is on its way. Chosen by
+judgement: a few periods of typical odometry (50 Hz)."""
 _GAP_SECONDS = 2.0
-"""By judgement: between two scans; after a longer gap the car is searched for, because it may have been
-carried anywhere."""
+"""Seconds between two scans above which the car is searched for, because it may have been carried anywhere.
+Chosen by judgement."""
 _LONGEST_CARRY = 0.5
-"""By judgement: seconds for which the speed of the estimates is taken to last where there is no odometry: a
-car can stop within half a second."""
+"""Seconds for which the speed of the estimates is held without odometry. Chosen by judgement: a car can stop
+within half a second."""
 _SPEED_SECONDS = 0.15
-"""By judgement: over which the speed of the estimates is averaged, some scans of a common sensor (40 Hz)."""
+"""Seconds to average the estimates' speed. Chosen by judgement: some scans of a common sensor (40 Hz)."""
 
 
 class MotionSource:
-    """Makes steps of the samples, none counted twice or lost.
+    """Turns samples into motion steps; none is counted twice or lost.
 
-    It belongs to the thread that has the scan, but for `step_from`, which anyone may ask.
+    Belongs to the thread that processes the scan, except for `step_from`, which any thread may call.
     """
 
     def __init__(self, config: LocalizationConfig) -> None:
         self.samples, self.config = MotionSamples(extrapolation=_EXTRAPOLATION), config
         self.calibration = OdometryCalibration()
-        """Of the odometry; all steps are corrected by it."""
+        """Odometry calibration, applied to all steps."""
         self.turns = TurnFusion()
-        """What the turns by wheels and gyroscope have proven to be worth."""
+        """How reliable the turns from wheels and gyroscope have proven to be."""
         self.speed: Pose = IDENTITY
-        """(3,) of the estimates, metres and radians per second."""
+        """(3,) speed of the estimates, metres and radians per second."""
         self.reading = OdometryReading(0, 0, None, None)
-        """At the stamp of the last step."""
+        """The reading at the stamp of the last step."""
         self._motion: MeasuredMotion | None = None
-        """That of the last step."""
+        """The motion of the last step."""
         self._memory = SpeedMemory()
         self._laser_turn = 0.0
-        """By which the scan of the last step was corrected."""
+        """Rotation applied to the laser in the scan of the last step."""
 
     def step_to(self, stamp: int) -> MotionStep:
         """The motion since the last call."""
@@ -75,9 +75,9 @@ class MotionSource:
         return self._with_laser_turned(step)
 
     def step_from(self, reading: OdometryReading, faults: OdometryFaults, stamp: int) -> MotionStep:
-        """The motion from when a reading was taken to a stamp, by odometry with such faults.
+        """The motion from a reading to a stamp, by odometry with the given faults.
 
-        The answer is not remembered, so anyone may ask for the motion up to now.
+        The result is not stored, so any thread may ask for the motion up to now.
         """
         motion = reading.motion_to(self.samples.reading_at(stamp))
         if motion.by_wheels is None:
@@ -87,9 +87,9 @@ class MotionSource:
         return MotionStep(step, odometry_deviations(step, self.config), travel(step), motion.seconds)
 
     def poses_in_sweep(self, stamps: NDArray[np.int64]) -> Pose:
-        """Where the base is (N, 3) at stamps (N,) in the sweep of the last step, in a fixed frame.
+        """Poses (N, 3) of the base at stamps (N,) during the sweep of the last step, in a fixed frame.
 
-        By odometry, or where that is silent by the speed of the estimates; with the turn by the gyroscope.
+        From odometry, or without it from the speed of the estimates; turns from the gyroscope.
         """
         model, reading = self.turns.model, self.reading
         seconds = (stamps - reading.stamp) * 1e-9
@@ -102,7 +102,7 @@ class MotionSource:
         return model.fused(between(reading.odom_from_base, poses), turns, np.abs(seconds))
 
     def learn(self, moved: Pose, is_known: bool) -> None:
-        """Take in by what (3,) the estimates moved in the last step, and whether their places are known."""
+        """Learn from the estimates' motion (3,) in the last step, and whether their poses are known."""
         motion = self._motion
         if motion is None:
             return
@@ -117,7 +117,7 @@ class MotionSource:
             self.speed = smoothed_speed(self.speed, moved / motion.seconds, motion.seconds)
 
     def start_anew(self) -> None:
-        """The estimates to come do not continue those before."""
+        """Restart: the next estimates do not continue the previous ones."""
         self.speed = IDENTITY
         self.turns.start_anew()
 
@@ -128,7 +128,7 @@ class MotionSource:
         model = self.turns.model
         step = model.fused(by_wheels, motion.by_gyro, seconds)
         possible, effort, behind = self._memory.take(step, seconds)
-        if model.is_used and not isnan(motion.by_gyro):  # which tells of no turn too early
+        if model.is_used and not isnan(motion.by_gyro):  # it reports no turn too early
             turn = model.by_gyro(motion.by_gyro, seconds)
             behind = behind * np.array([1.0, 1.0, float(model.wheel_share(by_wheels, turn, seconds))])
         sliding = self.config.slip * (possible - np.abs(step))
@@ -145,8 +145,8 @@ class MotionSource:
         return MotionStep(step, noise, inf, seconds, is_over_gap=seconds > _GAP_SECONDS)
 
     def _at_speed(self, seconds: ArrayLike, gyro_turns: ArrayLike) -> Pose:
-        """Steps (..., 3) in so many seconds (...) at the speed of the estimates, with turns (...) as the
-        gyroscope measured them, NaN where it did not."""
+        """Steps (..., 3) over seconds (...) at the speed of the estimates, with turns (...) as measured by
+        the gyroscope, NaN if missing."""
         steps: Pose = np.multiply.outer(np.clip(seconds, -_LONGEST_CARRY, _LONGEST_CARRY), self.speed)
         if not self.turns.model.is_used:
             return steps
@@ -154,7 +154,7 @@ class MotionSource:
         return turned_more(steps, np.where(np.isnan(more), 0.0, more))
 
     def _with_laser_turned(self, step: MotionStep) -> MotionStep:
-        """The step to where the base is by what is known now of how the laser is turned."""
+        """The step to the base's pose, which depends on the laser's rotation as known by now."""
         turn, self._laser_turn = self._laser_turn - self.calibration.laser_turn, self.calibration.laser_turn
         if turn == 0.0:
             return step
@@ -162,5 +162,5 @@ class MotionSource:
 
 
 def smoothed_speed(speed: Pose, measured: Pose, seconds: float) -> Pose:
-    """A speed (3,) that follows what (3,) was measured over some seconds, since estimates scatter."""
+    """A speed (3,) low-pass filtered with one (3,) measured over some seconds, since estimates scatter."""
     return speed + seconds / (seconds + _SPEED_SECONDS) * (measured - speed)

@@ -1,4 +1,4 @@
-"""What the estimates say of the car's motion: its speed, and while its place is known how odometry is off."""
+"""Learns the car's speed from the estimates, and its odometry's errors while its pose is well known."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,37 +12,37 @@ from racecar.maps.geometry.se2 import Pose, are_apart
 from racecar.maps.geometry.se2_kernels import step_between
 
 _JUMP = 0.25
-"""Metres, or radians, beyond what wheels slip, from which on the estimate jumped, as along a corridor to
-where scans fit as well, since a place that is known is known to so much."""
+"""Metres or radians, in addition to wheel slip, above which the estimate counts as a jump, for example along
+a corridor to where scans fit as well, since a known pose is more precise than that."""
 
 
 class OdometryLearning:
-    """Compares the path that odometry reports with that of the estimates."""
+    """Compares the path of the odometry with that of the estimates."""
 
     def __init__(self, source: MotionSource) -> None:
-        """The source's odometry is corrected by what is learned."""
+        """What is learned corrects the source's odometry."""
         self._source = source
         self._segments = OdometrySegments()
         self._trust = OdometryTrust()
         self._last: PoseEstimate | None = None
         self._was_known = False
-        """Whether the place of the last estimate was known, and it was no start."""
+        """Whether the last estimate's pose was well known, and was not a start."""
 
     @property
     def slip_scale(self) -> NDArray[np.float64]:
-        """(2,) what share of the settings' slip this car's distances and turns deserve, 0 to 1."""
+        """(2,) share of the configured slip that applies to this car's distances and turns, 0 to 1."""
         return self._trust.slip_scale(self._source.config.slip)
 
     def start_anew(self) -> None:
-        """The estimates to come do not continue those before: the car did not move by what lies between."""
+        """Restart: the next estimates do not continue the previous ones; the car did not move in between."""
         self._source.start_anew()
         self._segments.start_anew()
         self._last = None
 
     def leave_out_odometry(self, stamp: int, speed: Pose) -> None:
-        """What the odometry repeats at a stamp is no motion, and not held against it as such.
+        """Ignore the pose that odometry repeats at a stamp, without counting it as an error.
 
-        The car goes on at a speed (3,) per second.
+        The car continues at a speed (3,) per second.
         """
         self.start_anew()
         samples = self._source.samples
@@ -50,7 +50,7 @@ class OdometryLearning:
         self._source.speed = speed
 
     def follow(self, step: MotionStep, lag: float, estimate: PoseEstimate, is_known: bool) -> None:
-        """Take in the estimate after a step, which counts against odometry where the place is known well."""
+        """Add the estimate after a step; it is compared with odometry where the pose is well known."""
         slip = self._source.config.slip
         if self._last is not None:
             moved = step_between(self._last.map_from_base, estimate.map_from_base)

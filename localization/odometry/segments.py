@@ -1,4 +1,4 @@
-"""Segments of the path between two places that are known well, as odometry reported them."""
+"""Segments of the odometry path between two well-known poses."""
 
 from dataclasses import dataclass
 from math import copysign, hypot, isfinite
@@ -12,27 +12,26 @@ from racecar.maps.geometry.se2 import Pose, adjoint, inverse
 from racecar.maps.geometry.se2_kernels import composed, step_between
 
 _SHORTEST = 1.0
-"""Metres plus radians, so that what odometry gets wrong exceeds the centimetres by which estimates are
-off."""
+"""Metres plus radians, so that the odometry error exceeds the centimetres of error in the estimates."""
 _LONGEST = 3.0
-"""By judgement: metres plus radians, beyond which errors are no longer linear."""
+"""Metres plus radians above which errors are no longer linear. Chosen by judgement."""
 
 
 @dataclass(frozen=True, eq=False)
 class OdometrySegment:
-    """What odometry and the estimates say of a segment."""
+    """A segment as measured by odometry and by the estimates."""
 
     error: Pose
-    """(3,) from where odometry says that it ended to where the estimates say."""
+    """(3,) from the end by odometry to the end by the estimates."""
     by_faults: NDArray[np.float64]
-    """(3, 5) by what the end moves, for faults (columns) of distance, turn and trim, see `OdometryFaults`,
-    for a laser turned to the left, and for tyres that slip to the left at full effort."""
+    """(3, 5) derivative of the end by the faults (columns) of distance, turn and trim, see `OdometryFaults`,
+    a laser rotated to the left, and tyres slipping to the left at full effort."""
     covariance: NDArray[np.float64]
-    """(3, 3) of the error, along, across and in heading, by the estimates at both ends."""
+    """(3, 3) covariance of the error, along, across and in heading, from the estimates at both ends."""
     driven: NDArray[np.float64]
-    """(2,) metres along the path, and radians to and fro."""
+    """(2,) metres along the path, and absolute radians."""
     pushed: NDArray[np.float64]
-    """(2,) the same, each by how hard the tyres were pushed: along the car, and across it."""
+    """(2,) the same, weighted by the effort of the tyres along and across the car."""
 
     @property
     def travel(self) -> float:
@@ -41,25 +40,25 @@ class OdometrySegment:
 
 
 class OdometrySegments:
-    """Divides the path into segments."""
+    """Splits the path into segments."""
 
     def __init__(self) -> None:
         self.start_anew()
 
     def start_anew(self) -> None:
-        """The estimates to come do not continue those before."""
+        """Restart: the next estimates do not continue the previous ones."""
         self._begin: PoseEstimate | None = None
         self._by_odometry: Pose = np.zeros(3)
-        """Where odometry leads from the beginning."""
+        """The pose by odometry relative to the beginning."""
         self._by_faults = np.zeros((3, 5))
-        """The derivative of that, in its own axes, by what an `OdometrySegment` says."""
+        """Its derivative in its own axes, as in `OdometrySegment`."""
         self._driven, self._pushed = np.zeros(2), np.zeros(2)
 
     def follow(self, step: MotionStep, lag: float, estimate: PoseEstimate | None) -> OdometrySegment | None:
-        """The segment that a step ends; the estimate is of its end, None where the place is not known.
+        """The segment that a step completes; the estimate is of its end, None if its pose is not well known.
 
-        Steps count as made by a car that is behind what its odometry says, by a ``lag`` as `slip` has
-        it: odometry that comes early may still be right about how far.
+        Steps are those of a car that lags behind its odometry by ``lag`` as in `slip`: odometry that is ahead
+        in time may still report the right distance.
         """
         if not isfinite(step.travel):
             self.start_anew()
@@ -76,7 +75,7 @@ class OdometrySegments:
         return segment
 
     def _append(self, step: Pose, effort: NDArray[np.float64]) -> None:
-        """Go on by a step (3,) on which tyres were pushed so hard (2,) along the car and across it."""
+        """Append a step (3,) with the tyres' effort (2,) along and across the car."""
         x, y, turn = step.tolist()
         aside, driven = copysign(effort[1], turn) * x, np.array([hypot(x, y), abs(turn)])
         self._by_odometry = composed(self._by_odometry, step)
@@ -99,7 +98,7 @@ class OdometrySegments:
 
 
 def _covariance_in_base(estimate: PoseEstimate) -> NDArray[np.float64]:
-    """(3, 3) of an estimate, along the car, across it and in heading."""
+    """(3, 3) covariance of an estimate along the car, across it and in heading."""
     map_from_base = adjoint([0.0, 0.0, estimate.map_from_base[2]])
     covariance: NDArray[np.float64] = map_from_base.T @ estimate.covariance @ map_from_base
     return covariance

@@ -1,27 +1,27 @@
-"""Slip: by what share odometry overstates or understates the motion, or reports it too early.
+"""Slip: how much odometry overstates or understates the motion, or reports it too early.
 
-Each particle has a guess of its own and keeps it for a while, so that the filter learns the slip as it learns
-the pose. What a car's odometry always gets wrong stays for long; what tyres lose when they are pushed, in
-bends and when the speed changes, comes and goes with the force on them. Where odometry is made of what servo
-and motor are told to do, or its clock is not the laser's, the car is behind; by how much is its own, too.
+Each particle keeps its own hypothesis for a while, so that the filter learns the slip as it learns the pose.
+Systematic errors of the odometry last long. Slip of the tyres under load, in bends and when the speed
+changes, follows the force on them. Where odometry is computed from the commands to servo and motor, or its
+clock is not the laser's, the car lags behind it, by an amount that also differs between cars.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 CHANGE_AFTER = 0.1
-"""Seconds between changes of the slips, so that most steps need none: short beside all times below."""
+"""Seconds between updates of the slips, so that most steps need none: short compared with all times below."""
 _USUAL_SHARE = 0.05
-"""Standard deviation of the share by which odometry is wrong even when nothing pushes the tyres. Measured:
-session_A's distances are 2 to 5 % off."""
+"""Standard deviation of the relative odometry error even without load on the tyres. Measured: session_A's
+distances are 2 to 5 % off."""
 _LAG_DEVIATION = 0.7
-"""Standard deviation of the car's lag, in units of the usual lag, see `speed_memory`. Measured: two
-recorded race cars had 1.6."""
+"""Standard deviation of the car's lag, in units of the usual lag, see `speed_memory`. Measured: two recorded
+race cars had 1.6."""
 _LASTING = (10.0, 10.0, 30.0)
-"""Seconds for which the shares of distance and turn last, and the lag, which lasts longer because it belongs
-to the car, not to the floor. By judgement."""
+"""Time constants in seconds of the slip of distance and turn, and of the lag, which lasts longer because it
+depends on the car, not on the floor. Chosen by judgement."""
 _PUSHED_SECONDS = 0.5
-"""For which slips last at full effort: by judgement, since a bend or a braking takes about as long."""
+"""Time constant of the slip at full effort. Chosen by judgement: the duration of a bend or of braking."""
 
 
 def changed_slips(
@@ -31,7 +31,7 @@ def changed_slips(
     most: NDArray[np.float64],
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Slips (N, 3) of distance, turn and lag after some time; after an infinite one nothing is left of these.
+    """Slips (N, 3) of distance, turn and lag after some time; after an infinite time they are all redrawn.
 
     At full effort (2,), along and across the car, the deviations of the first two are ``most`` (2,).
     """

@@ -1,1 +1,1 @@
-"""Clocks of sensors: one time line, also where stamps jump, stand still or disagree."""
+"""Sensor clocks on one common timeline, even where stamps jump, stand still or disagree."""

@@ -1,4 +1,4 @@
-"""How far the clock of a sensor is off that of the laser, by when the messages of both arrive."""
+"""The offset between the clocks of a sensor and of the laser, from the arrival times of their messages."""
 
 from bisect import bisect_left
 from collections import deque
@@ -6,25 +6,25 @@ from collections.abc import Sequence
 from statistics import median
 
 _LARGEST_DELAY = 500_000_000
-"""Nanoseconds by which messages of one sensor may take longer than those of another; more is a clock that is
-off. By judgement: what takes half a second to come is of no use for driving, and lags below are learned from
+"""Maximum nanoseconds by which one sensor's messages may arrive later than another's; more is a clock offset.
+Chosen by judgement: data half a second old is useless for driving, and smaller lags are learned from
 turns."""
 _STEADY = 0.5
-"""Share of the offset within which it must stay: delays come and go, while clocks that disagree do so all the
-time. By judgement."""
+"""Share of the offset by which it may vary: delays come and go, while clocks that disagree always do. Chosen
+by judgement."""
 _WATCHED, _FEWEST = 800_000_000, 5
-"""Nanoseconds of arrivals, and comparisons, over which the offset must have been steady: by judgement, as
-that comes off the two seconds within which a localizer should be right again."""
+"""Nanoseconds of arrivals, and comparisons, over which the offset must have been steady. Chosen by judgement:
+it adds to the two seconds within which a localizer should be right again."""
 _OTHER_TIME = 60_000_000_000
-"""Nanoseconds from which an offset is believed when it is seen twice: no message takes a minute, so that this
-is another kind of time, such as that of a simulator or since the sensor was switched on."""
+"""Nanoseconds above which an offset is accepted once seen twice. No message takes a minute, so this is
+another time base, such as that of a simulator or the time since power-on."""
 
 _REMEMBERED = 1000
-"""Messages of the sensor for which scans may wait. Chosen by judgement: 5 s of a fast one."""
+"""Messages of the sensor kept for scans that are still to come. Chosen by judgement: 5 s of a fast one."""
 
 
 class ClockOffset:
-    """Collects by how much the stamps of scans are ahead of those of another sensor."""
+    """Collects how far the stamps of scans are ahead of those of another sensor."""
 
     def __init__(self) -> None:
         self._own: deque[tuple[int, int]] = deque(maxlen=_REMEMBERED)
@@ -32,17 +32,16 @@ class ClockOffset:
 
     @property
     def is_small(self) -> bool:
-        """Whether the clocks seem to agree, by the latest that came."""
+        """Whether the clocks seem to agree, by the latest comparison."""
         return bool(self._samples) and abs(self._samples[-1][1]) < _LARGEST_DELAY
 
     def from_scans(self, arrival: int, offset: int, scans: Sequence[tuple[int, int]], pace: float) -> int:
-        """By how many nanoseconds this sensor's stamps should be later; 0 as long as they may be right.
+        """Nanoseconds to add to this sensor's stamps; 0 as long as they may be right.
 
-        ``offset`` is what its stamp is ahead of its arrival, in the message that has just come; ``scans`` are
-        arrivals and the same offsets of the scans that have come since the last one; stamps go ``pace`` times
-        as fast as time. The offsets are compared at the arrival of each scan, because all of them drift where
-        a bag is played at another speed; a scan may have waited to be taken in while many messages of this
-        sensor came.
+        ``offset`` is the stamp minus the arrival of the current message; ``scans`` are arrivals and the same
+        offsets of the scans since the last message; stamps run at ``pace`` times real time. Offsets are
+        compared at the arrival of each scan, because all of them drift when a bag is played at another speed;
+        a scan may have been processed late, after many messages of this sensor.
         """
         if self._own and arrival <= self._own[-1][0]:
             return 0
@@ -59,7 +58,7 @@ class ClockOffset:
         return missing
 
     def _own_offset_at(self, arrival: int) -> int | None:
-        """Between the messages before and after it; None where it is older than what is remembered."""
+        """Interpolated between the messages before and after it; None if it is older than those kept."""
         after = bisect_left(self._own, (arrival, 0))
         if not 0 < after < len(self._own):
             return None

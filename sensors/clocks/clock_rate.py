@@ -1,4 +1,4 @@
-"""Whether clocks run at different rates, by how their stamps gain on the times of recording."""
+"""Detects clocks that run at different rates, from the drift of their stamps against recording times."""
 
 import numpy as np
 
@@ -6,30 +6,30 @@ from racecar.sensors.even_sample import EvenSample
 from racecar.sensors.findings import Finding
 
 _BLOCKS = 10
-"""Of a recording, of each of which the least delay counts, because buses and disks only ever add to it."""
+"""Blocks of a recording; each counts by its least delay, because buses and disks only ever add to it."""
 _MOST = 1000
-"""Samples that are kept: by judgement, so many for each block."""
+"""Maximum number of samples kept. Chosen by judgement: enough for each block."""
 _LEAST_DRIFT = 0.2
-"""Seconds by which two clocks must have drifted apart: mapper and localizer bear less; by judgement."""
+"""Minimum drift in seconds. Chosen by judgement: more than mapper and localizer tolerate."""
 _LEAST_SIGMAS = 6.0
-"""Standard deviations by which the drift must show: by judgement, as delays do not scatter like noise."""
+"""Required significance of the drift in deviations. Chosen by judgement: delays are not Gaussian."""
 _LEAST_RATE = 1e-3
-"""Seconds a second: crystals of clocks are wrong by less than 1e-4, so that less has other causes."""
+"""Seconds per second, since crystal clocks err by less than 1e-4: smaller rates have other causes."""
 
 
 class ClockRate:
-    """The stamps of one topic beside the times at which they were recorded."""
+    """The stamps of one topic and the times at which they were recorded."""
 
     def __init__(self) -> None:
         self._sample = EvenSample[tuple[int, int]](_MOST)
 
     def add(self, stamp: int, recorded: int) -> None:
-        """Take note of the next message; nanoseconds."""
+        """Add the next message; nanoseconds."""
         self._sample.add((stamp, recorded))
 
     def drift(self) -> tuple[float, float, float] | None:
-        """Seconds that the stamps gain in a second, the standard deviation of that, and over how many seconds
-        it was seen; None where there are too few samples."""
+        """Seconds that the stamps gain per second, its standard deviation, and the seconds over which it was
+        measured; None if there are too few samples."""
         if len(self._sample.values) < 5 * _BLOCKS:
             return None
         stamps, recorded = np.array(self._sample.values, dtype=np.int64).T
@@ -48,7 +48,7 @@ class ClockRate:
 
 
 def drift_finding(topic: str, rate: ClockRate, other_topic: str, other: ClockRate) -> list[Finding]:
-    """That the clock of a topic surely drifts away from that of another one."""
+    """The finding that one topic's clock clearly drifts from another's."""
     mine, others = rate.drift(), other.drift()
     if mine is None or others is None:
         return []

@@ -1,4 +1,4 @@
-"""The stamps of recorded messages, also where drivers leave them empty: a clock that looks ahead."""
+"""The stamps of recorded messages, even where drivers leave them empty: a clock that looks ahead."""
 
 from collections import Counter, deque
 from collections.abc import Iterator
@@ -9,26 +9,26 @@ from racecar.sensors.clocks.topic_clock import ClockReports, SteadyClock, TopicC
 T = TypeVar("T")
 
 _LARGEST_JUMP = 3_600_000_000_000
-"""Nanoseconds between the header's clock and the recorder's; a header further off is absurd: by judgement."""
+"""Nanoseconds from the recorder's clock above which a header is invalid. Chosen by judgement."""
 _DECIDED_BY = 3
-"""Messages in a row by which it is decided that a clock was set; a few that were late or are damaged are
-fewer. By judgement."""
+"""Consecutive messages that show that a clock was set; late or damaged ones come in shorter runs. Chosen by
+judgement."""
 
 
 class RecordedStamps(Generic[T]):
     """The stamp of each message of a topic: its header's, or else the time it was recorded.
 
-    As a recording goes on, messages in doubt wait until those after them show what is wrong.
+    A recording can be read ahead, so doubtful messages wait until later ones show what is wrong.
     """
 
     def __init__(self, shared: SteadyClock, counts: Counter[str], *, trusts_headers: bool = True) -> None:
-        """``shared`` with the recording's other topics; what is mended goes into ``counts``."""
+        """``shared`` is common to the recording's topics; ``counts`` collects what was corrected."""
         self._clock = TopicClock(shared, _Counted(counts), decided_by=_DECIDED_BY)
         self._counts, self._trusts_headers = counts, trusts_headers
         self._waiting: deque[tuple[T, int, int]] = deque()
 
     def stamped(self, message: T, header: int, recorded: int) -> Iterator[tuple[T, int]]:
-        """Take the next message; those whose stamps (nanoseconds) are settled, this one or earlier ones."""
+        """Add a message; yields those whose stamps (nanoseconds) are settled, this or earlier ones."""
         if header <= 0 or not self._trusts_headers:
             yield message, self._by_recorder(recorded)
             return
@@ -41,12 +41,12 @@ class RecordedStamps(Generic[T]):
             yield message, self._stamp(header, recorded)
 
     def rest(self) -> Iterator[tuple[T, int]]:
-        """The messages that wait, stamped as their headers say."""
+        """The messages that still wait, stamped by their headers."""
         while self._waiting:
             yield self._settled(*self._waiting.popleft())
 
     def _settled(self, message: T, header: int, recorded: int) -> tuple[T, int]:
-        """A message that was in doubt; the time of recording where its header is absurd."""
+        """A doubtful message; stamped with the recording time if its header is invalid."""
         stamp = self._stamp(header, recorded)
         if abs(stamp - self._clock.by_arrival(recorded)) >= _LARGEST_JUMP:
             return message, self._by_recorder(recorded)
@@ -62,7 +62,7 @@ class RecordedStamps(Generic[T]):
 
 
 class _Counted(ClockReports):
-    """Of what a clock finds, the jumps."""
+    """Counts the jumps that a clock finds."""
 
     def __init__(self, counts: Counter[str]) -> None:
         self._counts = counts

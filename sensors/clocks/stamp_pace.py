@@ -1,21 +1,21 @@
-"""How fast stamps go beside the arrivals of their messages: faster than time where a bag is played so.
+"""The pace of stamps relative to the arrivals of their messages: above real time if a bag is played faster.
 
-Messages may wait, and get lost, but never come too early: so of those that came in some time, the one that
-waited least shows what the time was.
+Messages may be delayed or lost, but never come early. So among those that arrived in some period, the one
+delayed least shows the true time.
 """
 
 from collections import deque
 
 _STEP = 50_000_000
-"""Nanoseconds of arrivals after which the next message is remembered: by judgement, so that what waited and
-comes at once counts little."""
+"""Nanoseconds of arrivals between stored messages, so that a burst of delayed ones counts little. Chosen by
+judgement."""
 _STEPS, _FEWEST = 20, 4
-"""Messages that are remembered, of which one in each half must not have waited, and from which on they tell
-the pace. By judgement, as a clock that is set sooner is not noticed."""
+"""Number of messages kept, at least one of which in each half must be undelayed, and the minimum for an
+estimate of the pace. Chosen by judgement: setting a clock sooner goes unnoticed."""
 _FASTEST_CLOCK = 1.2
-"""Times as fast as time: no clock is a fifth too fast, and few play bags as slowly as that. By judgement."""
+"""Multiple of real time. Chosen by judgement: no clock is a fifth too fast, few play bags that slowly."""
 _FASTEST_PLAY = 100.0
-"""Times as fast as time that a bag may be played, for all that is known at first: by judgement."""
+"""Initial bound on a bag's playback speed, as a multiple of real time. Chosen by judgement."""
 
 
 class StampPace:
@@ -24,10 +24,10 @@ class StampPace:
     def __init__(self) -> None:
         self._seen: deque[tuple[int, int]] = deque(maxlen=_STEPS)
         self.real_time_factor = _FASTEST_PLAY
-        """How many times as fast as time the stamps may go; 1 where they go as a clock does."""
+        """How many times faster than real time the stamps may run; 1 if they run like a clock."""
 
     def follow(self, stamp: int, arrival: int) -> None:
-        """Take in the next message, by the nanoseconds of its stamp and of its arrival."""
+        """Add the next message, with its stamp and its arrival in nanoseconds."""
         if self._seen and arrival - self._seen[-1][1] < _STEP:
             return
         self._seen.append((stamp, arrival))
@@ -36,7 +36,7 @@ class StampPace:
             self.real_time_factor = factor if factor > _FASTEST_CLOCK else 1.0
 
     def ahead(self, stamp: int, arrival: int) -> int:
-        """Nanoseconds by which a stamp is later than that of a message which did not wait would be."""
+        """Nanoseconds by which a stamp is ahead of that of an undelayed message."""
         factor = self.real_time_factor
         return min(stamp - before - round(factor * (arrival - then)) for before, then in self._seen)
 

@@ -1,9 +1,8 @@
-"""One time line for all sensors, also when somebody sets a clock while the car drives.
+"""One timeline for all sensors, even if a clock is set during a drive.
 
-The headers of messages jump when a clock is set, for instance by the network after start-up; they stand still
-when a driver hangs; and each sensor may have a clock of its own. Messages arrive, or are recorded, in time
-all the same. The algorithms see stamps that go on steadily; what is published live bears the stamps of the
-headers.
+Header stamps jump when a clock is set, for instance over the network after start-up. They stand still when a
+driver hangs, and each sensor may have its own clock. The times of arrival or recording keep running all the
+same. The algorithms see steady stamps; what is published live carries the stamps of the headers.
 """
 
 from collections import deque
@@ -14,53 +13,52 @@ from racecar.sensors.clocks.clock_offset import ClockOffset
 from racecar.sensors.clocks.stamp_pace import StampPace
 
 _AHEAD = 2_000_000_000
-"""Nanoseconds by which a stamp may be ahead of what the arrivals say. Chosen by judgement; what is behind may
-just have waited."""
+"""Nanoseconds by which a stamp may be ahead of its expected arrival. Chosen by judgement. One that is behind
+may just have been delayed."""
 _BACK = 1_000_000_000
 """Nanoseconds by which stamps may go back, because messages overtook each other."""
 _PAUSE = 1_000_000_000
-"""Nanoseconds that a drive is taken to have paused when the clock no longer shows it. Chosen by judgement."""
+"""Nanoseconds of pause assumed in a drive when the clock no longer shows it. Chosen by judgement."""
 _SAME = _BACK
-"""Nanoseconds within which two topics' jumps are one and the same: smaller jumps are not seen, and on a busy
-machine messages may wait for most of a second. Taken for two, they would part scans from their odometry."""
+"""Nanoseconds within which two topics' jumps are one. Smaller jumps are not detected, and on a busy machine
+messages may wait for most of a second. Two jumps would separate scans from their odometry."""
 _STILL_AFTER, _STILL_MESSAGES = 300_000_000, 3
-"""Nanoseconds for which, and messages in which, a stamp must be repeated until it counts as standing still:
-what is sent twice is repeated for less. By judgement, as it comes off the two seconds within which a
-localizer should be right again."""
+"""Nanoseconds, and messages, of a repeated stamp after which it counts as standing still: duplicates repeat
+for less. Chosen by judgement: it adds to the two seconds within which a localizer should be right again."""
 _MOVES_AGAIN = 3
-"""Messages in a row with stamps that move, after which they are believed again: with stamps of whole seconds
-there are never two, because sensors that send once a second or less are rare."""
+"""Consecutive messages with moving stamps after which they are trusted again: stamps of whole seconds never
+yield two, because sensors that send once a second or less are rare."""
 _SLOWEST = 0.01
-"""Of the pace of the arrivals: stamps that move on by less do not show time, since no bag is played that
-slowly; some drivers count messages in them."""
+"""Share of the arrivals' pace below which stamps do not show time, since no bag is played that slowly; some
+drivers put a message counter in them."""
 _USUAL_OF = 60
-"""Messages, of whose delays the shortest is usual: so many that some of them did not wait, and few beside
-those of a drive, as delays seem to grow where a bag is played slowly. By judgement."""
+"""Messages whose shortest delay is the usual one: enough for some to be undelayed, and few compared with a
+drive, since delays seem to grow when a bag is played slowly. Chosen by judgement."""
 
 
 class ClockReports:
-    """Is told what is wrong with the stamps of a topic; this one keeps it to itself."""
+    """Receives reports on problems with a topic's stamps; this one ignores them."""
 
     def jumped(self, seconds: float) -> None:
-        """The headers were set by so much; the steady stamps go on."""
+        """The headers' clock was set by this much; the steady stamps continue."""
 
     def went_astray(self) -> None:
-        """The stamp of one message was far from those before; it is left out."""
+        """The stamp of one message was far from the previous ones; it is dropped."""
 
     def stood_still(self, is_still: bool) -> None:
-        """Whether the arrivals count instead, since the headers show no time."""
+        """Whether arrivals replace the headers, which do not show time."""
 
     def disagreed(self, seconds: float) -> None:
-        """By so much the stamps were behind those of the scans, and are corrected now."""
+        """The stamps were this far behind those of the scans, and are corrected now."""
 
 
 class SteadyClock:
-    """What the topics' clocks have in common; they may be read in several threads."""
+    """The state shared by the topics' clocks; may be read from several threads."""
 
     def __init__(self, offset: int = 0) -> None:
-        """``offset``: by how much the time is ahead of that of the arrivals as long as no header shows it."""
+        """``offset``: steady time minus arrival time, used until a header shows it."""
         self.after: int | None = None
-        """The last steady stamp of a drive that is carried on, in nanoseconds."""
+        """The last steady stamp of a resumed drive, in nanoseconds."""
         self._lock = Lock()
         self._shifts = [0]
         self._offset = offset
@@ -68,7 +66,7 @@ class SteadyClock:
         self._references_seen = 0
 
     def nearest_shift(self, shift: int) -> int:
-        """A shift that another topic has found, so that both agree to the nanosecond, or else this one."""
+        """The matching shift of another topic, so that both agree to the nanosecond, or else this one."""
         with self._lock:
             nearest = min(self._shifts, key=lambda known: abs(known - shift))
             if abs(nearest - shift) < _SAME:
@@ -77,8 +75,8 @@ class SteadyClock:
             return shift
 
     def first_shift(self, header: int, arrival: int) -> int:
-        """The shift to begin with: the one that others have by now, where this header was set with theirs;
-        and so that a drive that is carried on does not go back in time."""
+        """The initial shift: that of the other topics, if this header's clock was set with theirs. It also
+        keeps the time of a resumed drive from going back."""
         with self._lock:
             wanted = header - self.without_stamp(arrival)
             nearest = min(self._shifts, key=lambda known: abs(known - wanted))
@@ -89,23 +87,22 @@ class SteadyClock:
         return self.nearest_shift(header - self.after - _PAUSE)
 
     def note(self, offset: int) -> None:
-        """Remember by how much the steady time is ahead of the arrivals, for topics without stamps of their
-        own."""
+        """Store the steady time minus the arrival time, for topics without stamps of their own."""
         self._offset = offset
 
     def without_stamp(self, arrival: int) -> int:
-        """The steady time of a message that bears no stamp."""
+        """The steady time of a message without a stamp."""
         return arrival + self._offset
 
     def note_reference(self, arrival: int, offset: int) -> None:
-        """The same of a scan, with whose clock those of the other topics are compared."""
+        """The same for a scan; the clocks of the other topics are compared with it."""
         with self._lock:
             self._references.append((arrival, offset))
             self._references_seen += 1
 
     def references(self, since: int, until: int) -> tuple[list[tuple[int, int]], int]:
-        """Arrivals and offsets of the scans from number ``since`` on that came up to an arrival, and the
-        number of the one after them."""
+        """Arrivals and offsets of the scans from number ``since`` on that arrived by ``until``, and the
+        number of the scan after them."""
         with self._lock:
             count = min(self._references_seen - since, len(self._references))
             recent = [self._references[k] for k in range(-count, 0)]
@@ -119,8 +116,8 @@ class TopicClock:
     def __init__(
         self, shared: SteadyClock, reports: ClockReports, *, is_reference: bool = False, decided_by: int = 2
     ) -> None:
-        """``is_reference``: its stamps are those of the scans, with which others are made to agree;
-        ``decided_by`` so many messages in a row it is that a clock was set."""
+        """``is_reference``: its stamps are those of the scans, to which the others are matched;
+        ``decided_by``: consecutive messages that show that a clock was set."""
         self._shared = shared
         self._reports = reports
         self._offset = None if is_reference else ClockOffset()
@@ -133,18 +130,18 @@ class TopicClock:
         self._moved_at = 0
         self._repeats = self._moves = 0
         self.is_still = False
-        """Whether the arrivals count, as the headers show no time."""
+        """Whether arrivals replace the headers, which do not show time."""
         self._usual: deque[int] = deque(maxlen=_USUAL_OF)
         self._pace = StampPace()
 
     @property
     def correction(self) -> int:
-        """Nanoseconds that were added to the stamps, so that they agree with those of the scans."""
+        """Nanoseconds added to the stamps to make them agree with those of the scans."""
         return self._correction
 
     @property
     def behind(self) -> int:
-        """Nanoseconds by which the headers are behind the steady time, as far as was noticed."""
+        """Nanoseconds by which the headers are behind the steady time, as far as detected."""
         return self._correction - self._shift
 
     @property
@@ -153,16 +150,16 @@ class TopicClock:
         return self._offset is None or self._offset.is_small
 
     def correct(self, correction: int) -> None:
-        """Add so many nanoseconds to the stamps from now on, as they were found to be behind the scans'."""
+        """Add nanoseconds to the stamps from now on: their measured delay behind those of the scans."""
         self._correction += correction
         self._usual = deque((each + correction for each in self._usual), maxlen=_USUAL_OF)
         self._reports.disagreed(correction * 1e-9)
 
     def steady(self, header: int, arrival: int, sweep: int = 0) -> int | None:
-        """The steady stamp of a message, from its header's and its arrival's time in nanoseconds.
+        """The steady stamp of a message, from the times of its header and arrival in nanoseconds.
 
-        ``sweep``: nanoseconds from the moment that the stamp means to the last reading in the message.
-        None for a message whose stamp is far from those before: it is to be left out, as it may be alone.
+        ``sweep``: nanoseconds from the stamp to the last reading in the message. None for a message whose
+        stamp is far from the previous ones: it has to be dropped, as it may be an outlier.
         """
         self.follow(header, arrival)
         if self._suspected:
@@ -172,8 +169,8 @@ class TopicClock:
         return steady
 
     def follow(self, header: int, arrival: int) -> int:
-        """Take in the next message; how many of the latest are in doubt, so that those after them may change
-        what `stamp` says of them."""
+        """Add the next message; returns how many of the latest are in doubt, so that later messages may
+        change the result of `stamp` for them."""
         seen = _Seen(header, arrival)
         is_repeated = self._before is not None and header == self._before.header
         if not self._shows_time(seen):
@@ -186,19 +183,19 @@ class TopicClock:
         return self._repeats if is_repeated else 0
 
     def stamp(self, header: int, arrival: int, sweep: int = 0) -> int:
-        """The steady stamp of a message, by what is known of the clock now."""
+        """The steady stamp of a message, as far as the clock is known now."""
         if self.is_still:
             return self.by_arrival(arrival, sweep)
         return header - self._shift + self._correction
 
     def by_arrival(self, arrival: int, sweep: int = 0) -> int:
-        """As long after its stamp as usual; a sensor that never bore stamps says its last reading at once."""
+        """The arrival minus the usual delay; if no stamps are known, the last reading is from the arrival."""
         if self._usual:
             return arrival + max(self._usual)
         return self._shared.without_stamp(arrival) - sweep
 
     def _shows_time(self, seen: "_Seen") -> bool:
-        """Whether the headers move on with time."""
+        """Whether the headers advance with time."""
         before, self._before = self._before, seen
         if seen.header <= 0:
             self._moves = 0
@@ -220,7 +217,7 @@ class TopicClock:
             self._reports.stood_still(is_still)
 
     def _go_on_from_arrivals(self, seen: "_Seen") -> None:
-        """The headers count again, where they would have been by now or from where they are."""
+        """Use the headers again, at the time they should show by now or at the time they do show."""
         expected = self.by_arrival(seen.arrival)
         shift = self._shift
         if self._last is None or abs(seen.header + self._correction - shift - expected) >= _SAME:
@@ -247,15 +244,15 @@ class TopicClock:
         return True
 
     def _goes_on(self, seen: "_Seen", last: "_Seen") -> bool:
-        """Whether no clock was set, though messages in between were lost and the last one had waited."""
+        """Whether no clock was set, even if messages in between were lost and the last one was delayed."""
         return seen.follows(last) or (seen.header > last.header - _BACK and self._ahead(seen) < _AHEAD)
 
     def _ahead(self, seen: "_Seen") -> int:
         return self._pace.ahead(seen.header - self._shift, seen.arrival)
 
     def _follow_jump(self, suspected: "_Seen", last: "_Seen") -> None:
-        """A clock was set, unless a bag may be played fast: then it is a pause in the recording, or messages
-        were lost."""
+        """Treat it as a clock that was set, unless a bag may be played fast: then it is a pause in the
+        recording, or messages were lost."""
         jump = suspected.jump_from(last)
         if jump > 0:
             if self._pace.real_time_factor > 1.0:
@@ -265,7 +262,7 @@ class TopicClock:
         self._reports.jumped(jump * 1e-9)
 
     def _compare(self, arrival: int, offset: int) -> None:
-        """With the scans, of which the last readings count, as they are sent when they are complete."""
+        """Compare with the scans, using their last readings, as they are sent when they are complete."""
         self._shared.note(offset)
         if self._offset is None:
             self._shared.note_reference(arrival, offset)
@@ -278,15 +275,15 @@ class TopicClock:
 
 @dataclass(frozen=True)
 class _Seen:
-    """A stamp, and when the message that bore it arrived; nanoseconds."""
+    """A stamp and the arrival time of its message; nanoseconds."""
 
     header: int
     arrival: int
 
     def follows(self, before: "_Seen", pace: float = 1.0) -> bool:
-        """Whether no clock was set in between, of those that go so many times as fast as time."""
+        """Whether no clock was set in between, if stamps run at ``pace`` times real time."""
         return -_BACK < self.header - before.header < pace * max(self.arrival - before.arrival, 0) + _AHEAD
 
     def jump_from(self, before: "_Seen") -> int:
-        """By how much the headers' clock was set."""
+        """Nanoseconds by which the headers' clock was set."""
         return self.header - before.header - (self.arrival - before.arrival)

@@ -1,1 +1,1 @@
-"""Motion from wheels, gyroscope and scans, its faults and its noise."""
+"""Motion from wheels, gyroscope and scans, with its systematic errors and noise."""

@@ -1,8 +1,8 @@
-"""Wheel odometry calibrated from the log itself: its systematic errors, and how far it can be trusted.
+"""Calibrates wheel odometry from the log itself: its systematic errors, and how far it can be trusted.
 
-All three of its `OdometryFaults` show against the motion that scan matching measured over spans of
-some steps. What grows with the length of a span is the wheels' fault; scans err too, by ground that moves
-along with a tilted laser for instance, but not more over a long span than over a short one.
+All three `OdometryFaults` show up against the motion that scan matching measured over spans of several steps.
+Errors that grow with the length of a span come from the wheels. Scan matches err too, for instance when a
+tilted laser sees the ground, but no more over a long span than over a short one.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,61 +17,61 @@ from racecar.maps.geometry.se2 import Pose, between, chained, wrap_angle
 from racecar.sensors.motion.odometry_faults import OdometryFaults, forward
 
 _ITERATIONS = 20
-"""Of reweighted least squares, at most. Measured: with 8 a simulated campus was off by 0.15 m instead of
-0.07 m."""
+"""Maximum number of reweighted least squares iterations. Measured: with 8 a simulated campus was off by 0.15
+m instead of 0.07 m."""
 _SETTLED = 1e-5
-"""Share of its usual size by which an iteration changes what is found, below which the fit is settled. By
-judgement: far less than a fault is known to."""
+"""The fit has converged once an iteration changes each parameter by less than this share of its usual size.
+Chosen by judgement: far more precise than a fault can be known."""
 SIGMA_PER_MEDIAN = 1.4826
-"""Standard deviation of a Gaussian over the median of its absolute deviations, by definition of its
+"""Ratio of a Gaussian's standard deviation to its median absolute deviation, by definition of its
 quantiles."""
 _TELLING_TURN = 0.15
-"""Radians of a span from which its turn rather than its noise shows by what factor turns are off, since on
-straights the wheels' turns are but noise: regressing on it (errors in variables) makes the factor of honest
-wheels 0.2 to 0.7 on open ground, where matches then follow the wheels so corrected. Measured: with 0.1 wheels
-that err by 3 mrad a step at random still seem to turn by 17 % too far, with 0.15 by 9 %."""
+"""Radians of turn above which a span constrains the scale of turns. On straights the wheels' turns are mere
+noise. Regressing on noise (errors in variables) gives honest wheels a scale of 0.2 to 0.7 on open ground,
+where matches then follow the wheels so corrected. Measured: wheels with a random error of 3 mrad a step still
+seem to turn 17 % too far with 0.1, and 9 % with 0.15."""
 _GAINS = 0.4, 2.5
-"""Between which factors of distances and turns lie, by judgement: a radius that is told as the diameter, and
-some room. What matches show beyond is not the wheels' fault."""
+"""Bounds on the scale of distances and turns. Chosen by judgement: a radius entered as the diameter, plus
+some room. Anything beyond that is not the wheels' fault."""
 _SMALLEST = 1e-6
 """Metres or radians, so that nothing is divided by zero where the car stood or the fit is perfect."""
 _MIN_SPANS = 40
-"""Spans below which nothing is fitted. By judgement: those of some ten steps."""
+"""Minimum number of spans for a fit. Chosen by judgement: those of about ten steps."""
 _MIN_REACH = 0.1
-"""Metres of a span from which it shows the path's scale. By judgement: some times what a match errs by."""
+"""Metres of a span that shows the path's scale. Chosen by judgement: a few times the error of a match."""
 _SPANS_PER_STEP = 8.0
-"""Spans in which each step takes part as one of its own, so that they count once: the number of keyframes
-that each is tied to."""
+"""Number of spans that contain each step, since each keyframe is matched with this many others. Dividing by
+it counts each step once."""
 _INITIAL_SIGMA = 0.05
-"""Standard deviation of a step, metres and radians, before anything is fitted. By judgement: wheels that
-nobody has looked after."""
+"""Standard deviation of a step, metres and radians, before anything is fitted. Chosen by judgement: typical
+of uncalibrated wheels."""
 _INITIAL_STEP = 0.3
-"""Metres of a usual step, before anything is fitted, since keyframes are so far apart."""
+"""Metres of a usual step before anything is fitted, since keyframes are usually this far apart."""
 _TURN_PER_METRE_SIGMA = 0.02
-"""Radians that wheels usually miss per metre. Measured: on aces, fr079 and intel up to 0.06."""
+"""Typical drift of the wheels' heading, radians per metre. Measured: up to 0.06 on aces, fr079 and intel."""
 _SCALE_SIGMA = 0.1
-"""Share by which turns and distances are usually wrong. Measured on recordings: 2 to 5 %; twice as much, for
-a wheel of another size is no rarity. With 0.05, wheels that missed 13 % on simulated open ground were
-corrected by less."""
+"""Typical relative error of turns and distances. Measured on recordings: 2 to 5 %; doubled, since a wheel of
+another size is not rare. With 0.05, wheels that were off by 13 % on simulated open ground were corrected by
+too little."""
 _BIAS_TURN_SIGMA = 0.003
-"""Radians by which matches are usually biased. Measured with ground returns outdoors: 0.0007."""
+"""Typical bias of a match, radians. Measured with ground returns outdoors: 0.0007."""
 _BIAS_DISTANCE_SIGMA = 0.01
-"""Metres likewise. By judgement: as much as a laser errs by."""
+"""Typical bias of a match, metres. Chosen by judgement: the range error of a laser."""
 _SIGMAS = 0.01, 0.3
-"""Least and largest standard deviation of a step, metres and radians. By judgement: no better than a scan
+"""Bounds on the standard deviation of a step, metres and radians. Chosen by judgement: the error of a scan
 match, and a whole keyframe step."""
 _TAIL_SHARE = 0.8
-"""Share of the steps that err less than the tail: what a step is worth before scans were matched, since it
-may be one of the bad ones."""
+"""Quantile of the steps' errors used as their standard deviation before scans are matched, since the step may
+be one of the bad ones."""
 _LOSS_WIDTH = 2.0
-"""Width of the Cauchy loss of the fit, in spreads of the residuals. The 95 % efficiency on Gaussian errors is
-at 2.385 (Holland and Welsch, 1977); by judgement a little less."""
+"""Width of the Cauchy loss, in standard deviations of the residuals. 95 % efficiency on Gaussian errors is at
+2.385 (Holland and Welsch, 1977). Chosen by judgement: a little less."""
 
 
 @dataclass(frozen=True)
 class WheelCalibration:
-    """Corrections and standard deviations per keyframe step; of wheels as they are, while nothing is known
-    about them."""
+    """Corrections and standard deviations per keyframe step; the defaults describe wheels before anything is
+    known."""
 
     faults: OdometryFaults = field(default_factory=OdometryFaults)
     sigma_distance: float = _INITIAL_SIGMA
@@ -79,35 +79,35 @@ class WheelCalibration:
     sigma_turn: float = _INITIAL_SIGMA
     """Radians."""
     tail_distance: float = _INITIAL_SIGMA
-    """Metres that most steps err less than."""
+    """Metres; most steps err by less."""
     tail_turn: float = _INITIAL_SIGMA
-    """Radians, likewise."""
+    """Radians; most steps err by less."""
     usual_step: float = _INITIAL_STEP
-    """Metres of the steps that all this is true of; longer ones err by more."""
+    """Metres of the steps that these errors refer to; longer steps err by more."""
 
     def prior(self, step: Pose) -> NDArray[np.float64]:
-        """(3, 3) information of a corrected ``step`` (3,) before scans were matched: it may be one of the bad
+        """(3, 3) information of a corrected ``step`` (3,) before scans are matched: it may be one of the bad
         ones."""
         return self._information(step, self.tail_distance, self.tail_turn)
 
     def information(self, step: Pose) -> NDArray[np.float64]:
-        """(3, 3) of a corrected ``step`` (3,)."""
+        """(3, 3) information of a corrected ``step`` (3,)."""
         return self._information(step, self.sigma_distance, self.sigma_turn)
 
     def _information(self, step: Pose, distance: float, turn: float) -> NDArray[np.float64]:
-        """By the standard deviations of a usual step; the errors of a longer one add up (random walk)."""
+        """From the deviations of a usual step; errors of longer steps accumulate as a random walk."""
         usual_steps = max(1.0, float(np.hypot(step[0], step[1])) / self.usual_step)
         return np.diag([distance**-2.0, distance**-2.0, turn**-2.0]) / usual_steps
 
 
 @dataclass(frozen=True, eq=False)
 class MatchedSpans:
-    """The motion over some steps in a row, as scans were matched over them: M spans."""
+    """M motions, each over several consecutive steps, as measured by scan matching."""
 
     first: NDArray[np.int64]
-    """(M,) the step in which each begins."""
+    """(M,) first step of each span."""
     end: NDArray[np.int64]
-    """(M,) the step after its last."""
+    """(M,) one past the last step of each span."""
     motions: Pose
     """(M, 3)"""
     information: NDArray[np.float64]
@@ -115,21 +115,21 @@ class MatchedSpans:
 
     @property
     def lengths(self) -> NDArray[np.int64]:
-        """(M,) in steps."""
+        """(M,) number of steps."""
         return self.end - self.first
 
     def are_over(self, steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(M,) which span any of some steps (N,)."""
+        """(M,) whether each span contains any of the marked steps (N,)."""
         until = np.concatenate([[0], np.cumsum(steps)])
         return np.asarray(until[self.end] > until[self.first])
 
     def chosen(self, which: NDArray[np.bool_]) -> "MatchedSpans":
-        """Some of them (M,)."""
+        """The spans selected by a mask (M,)."""
         return MatchedSpans(self.first[which], self.end[which], self.motions[which], self.information[which])
 
     def variances_along(self, towards: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(M,) of the motions in directions (M, 3): along a bare corridor a match says nothing but what it
-        began with."""
+        """(M,) variances of the motions along directions (M, 3): along a bare corridor a match adds nothing
+        to its initial guess."""
         variances: NDArray[np.float64] = np.einsum("mi,mij,mj->m", towards, self._covariance, towards)
         return variances
 
@@ -142,9 +142,9 @@ class MatchedSpans:
 def calibrate(
     steps: Pose, spans: MatchedSpans, fused: Callable[[Pose], Pose] = lambda corrected: corrected
 ) -> WheelCalibration:
-    """Robust fit of odometry steps (N, 3), NaN where there are none, to the motion over spans of them.
+    """Robust fit of odometry steps (N, 3), NaN where missing, to the motion over spans of them.
 
-    What is left of errors is that of the corrected steps after a gyroscope was ``fused`` with them.
+    The remaining errors are those of the corrected steps after ``fused`` has added a gyroscope to them.
     """
     spans = spans.chosen(~spans.are_over(np.isnan(steps[:, 0])))
     if len(spans.lengths) < _MIN_SPANS:
@@ -180,17 +180,17 @@ def calibrate(
 
 
 def _clipped(sigma: float) -> float:
-    """A standard deviation within the limits."""
+    """The standard deviation clamped to its bounds."""
     return min(max(sigma, _SIGMAS[0]), _SIGMAS[1])
 
 
 def _believed(share: float) -> float:
-    """By what share distances or turns are off; nothing where no wheels are."""
+    """The relative error of distances or turns, or zero if it is too large to come from the wheels."""
     return share if _GAINS[0] < 1.0 + share < _GAINS[1] else 0.0
 
 
 def _fit_turns(steps: Pose, spans: MatchedSpans) -> tuple[list[float], float]:
-    """Turn per metre, by what share turns are off, and the bias of a match; and the deviation of a step."""
+    """Turn per metre, relative error of turns and bias of a match; and the standard deviation of a step."""
     summed = np.cumsum(np.column_stack([forward(steps), steps[:, 2]]), axis=0)
     sums = np.concatenate([np.zeros((1, 2)), summed])
     driven, turned = (sums[spans.end] - sums[spans.first]).T
@@ -209,8 +209,8 @@ def _fit_path(
     told: NDArray[np.float64],
     lengths: NDArray[np.int64],
 ) -> tuple[list[float], float]:
-    """By what share paths are off, and the bias of a match in the direction of travel; and the deviation of a
-    step."""
+    """Relative error of distances and bias of a match along the direction of travel; and the standard
+    deviation of a step."""
     if len(reach) < _MIN_SPANS:
         return [0.0, 0.0], _INITIAL_SIGMA
     design = np.column_stack([reach, np.sign(forward)])
@@ -225,10 +225,10 @@ def _fit(
     lengths: NDArray[np.int64],
     spread: NDArray[np.float64],
 ) -> tuple[list[float], float]:
-    """Least squares with Cauchy weights and a prior, of faults that are usually none; and the standard
-    deviation per step. The variance of a residual is what the match tells of itself, (M,), what all matches
-    err by, and what a step does, as often as a span is long. Since each step takes part in many spans, its
-    errors are told as often, and count once."""
+    """Least squares with Cauchy weights and a zero-mean prior on the faults; also the standard deviation per
+    step. The variance of a residual is the sum of the match's own variance ``told`` (M,), one common to all
+    matches, and one per step times the span's length. Each step is part of many spans, so their weights are
+    divided by that number to count its errors once."""
     found = np.full(len(spread) + 1, np.inf)
     of_spans = np.unique(lengths)
     groups = [np.flatnonzero(lengths == length) for length in of_spans]
@@ -254,9 +254,9 @@ def _variances(
     spans: Sequence[NDArray[np.int64]],
     weight: NDArray[np.float64],
 ) -> tuple[float, float]:
-    """Of any match and of a step, such that they explain the spread of the residuals (M,) at each length (L,)
-    beyond what matches tell, by L groups of them; a step has that with which it began where they tell too
-    little."""
+    """Variances common to all matches and per step that explain the spread of the residuals (M,) at each
+    length (L,) beyond the matches' own variances ``told``; ``spans`` are L groups of indices. Where they show
+    too little, the step keeps its initial variance."""
     spread = np.array([SIGMA_PER_MEDIAN**2 * _median(residual[at] ** 2, weight[at]) for at in spans])
     known = np.array([np.average(told[at], weights=weight[at]) for at in spans])
     counts = np.array([weight[at].sum() ** 2 / (weight[at] ** 2).sum() for at in spans])
@@ -270,12 +270,12 @@ def _variances(
 
 
 def _median(values: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
-    """Of values (M,) that count as much as their weights (M,)."""
+    """Weighted median of values (M,)."""
     order = np.argsort(values)
     until = np.cumsum(weights[order])
     return float(values[order[np.searchsorted(until, 0.5 * until[-1])]])
 
 
 def _tail(error: NDArray[np.float64]) -> float:
-    """What most errors (M,) or (M, 2) stay below."""
+    """The quantile that most errors (M,) or (M, 2) stay below."""
     return float(np.quantile(np.abs(error), _TAIL_SHARE)) if len(error) else _INITIAL_SIGMA

@@ -1,5 +1,5 @@
-"""Dead reckoning: the laser's motion since the last keyframe, by wheels and gyroscope, by scans and at a
-steady velocity."""
+"""Dead reckoning: the laser's motion since the last keyframe, from wheels and gyroscope, scans and a constant
+velocity."""
 
 from math import isnan
 from typing import NamedTuple
@@ -40,26 +40,26 @@ from racecar.sensors.scan import Scan
 from racecar.sensors.yaw_rate import YawRate
 
 _LOST = 1.0, 0.5
-"""Metres or radians by which scan odometry may miss a step between keyframes before it starts again. By
-judgement: it misses less wherever it has not lost its way."""
+"""Metres and radians by which scan odometry may miss a step between keyframes before it is restarted. Chosen
+by judgement: it misses by less unless it is lost."""
 _UNSEEN_TURN = 0.2
-"""Radians that scans show while wheels repeat one heading to the last bit, from which on that is no heading.
-By judgement: session_A's car turned by up to 0.09 while it steered straight."""
+"""Radians of turn in the scans, while the wheels repeat the exact same heading, after which that heading is
+ignored. Chosen by judgement: session_A's car turned by up to 0.09 while it steered straight."""
 _SPARSE_INTERVAL = 0.075
-"""Seconds between two scans from which scan odometry corrects the velocity filter, since when scans come more
-often, the laser moves too little between them for it. Measured on simulated cheap lasers (pytest
+"""Seconds between two scans above which scan odometry corrects the velocity filter. When scans come more
+often, the laser moves too little between them. Measured on simulated cheap lasers (pytest
 tests/simulated/test_hard_places.py)."""
 _BLIND_INTERVAL = 2_000_000_000
-"""Nanoseconds for which a car without wheel odometry is thought to go on as before while no beam meets
-anything; then it is searched for where it was by then. By judgement: as long as a gap after which it is
-searched for."""
+"""Nanoseconds without any return during which a car without wheel odometry is assumed to keep its motion;
+after that it is searched for around where it was by then. Chosen by judgement: the same as the gap after
+which it is searched for."""
 UNMEASURED = np.diag(np.array([1.0, 1.0, 1.5]) ** -2.0)
-"""(3, 3) information of the motion over a longer time that nothing measured: m, m, rad. By judgement: a car
-goes that far before anybody wonders."""
+"""(3, 3) information of motion over a longer time that nothing measured: m, m, rad. Chosen by judgement: a
+car may go this far before anyone wonders."""
 
 
 class _Moment(NamedTuple):
-    """A scan, and where the reference was then, as each source has it in a frame of its own."""
+    """A scan's stamp and the reference's pose at that time by each source, each in its own frame."""
 
     stamp: int = 0
     """Nanoseconds."""
@@ -69,34 +69,34 @@ class _Moment(NamedTuple):
 
 
 class DeadReckoning:
-    """Follows the laser from scan to scan; none of its guesses can be trusted alone.
+    """Tracks the laser from scan to scan; none of its guesses can be trusted alone.
 
-    Wheels slip, and some logs count backwards; scan odometry sticks along bare corridors and arcs; and a car
-    does not always keep its velocity. Which guess is right shows when a keyframe is matched from each.
+    Wheels slip, and some logs count backwards. Scan odometry sticks along bare corridors and arcs. A car does
+    not always keep its velocity. Matching a keyframe from each guess shows which one is right.
     """
 
     def __init__(self, odometry_lag: int = 0) -> None:
-        """``odometry_lag`` in nanoseconds, as far as it is known beforehand."""
+        """``odometry_lag`` in nanoseconds, if known beforehand."""
         self.calibration = WheelCalibration()
         self.scans_without_odometry = 0
         self.scans_left_out = 0
-        """Of further lasers."""
+        """Number of scans of additional lasers."""
         self.mounts = Mounts()
-        """As the latest scans have them; what moves is the reference among them."""
+        """Mounts as of the latest scans; the motion is that of the reference among them."""
         self.blind_for = 0
-        """Nanoseconds from the last scan before this one that met anything; zero without any."""
+        """Nanoseconds since the previous scan with any return; zero without one."""
         self.odometry_lag = OdometryLag(odometry_lag)
-        """As it was learned last."""
+        """The lag as last learned."""
         self.cloud: NDArray[np.float64] | None = None
-        """(N, 3) what a sensor with many rows saw in the last scan, corrected for motion, in its frame laid
-        level; None of a planar one."""
+        """(N, 3) points of the last scan of a multi-row sensor, corrected for motion, in its levelled frame;
+        None for a planar one."""
         self.turns = TurnFusion()
-        """What the turns by wheels and gyroscope have proven to be worth."""
+        """How reliable the turns from wheels and gyroscope have proven to be."""
         self._unseen_turn = 0.0
-        """Radians that the scans show since the wheels repeat a heading."""
+        """Radians of turn in the scans since the wheels began to repeat a heading."""
         self._samples = MotionSamples(odometry_lag)
         self.frozen = self._samples.frozen
-        """When the wheels repeated a pose while the scans moved."""
+        """The times at which the wheels repeated a pose while the scans moved."""
         self._scan_odometry = ScanOdometry()
         self._filter = VelocityFilter()
         self._points: NDArray[np.float64] = np.zeros((0, 2))
@@ -107,16 +107,16 @@ class DeadReckoning:
         self._velocity: Pose = IDENTITY
 
     def add_odometry(self, odometry: Odometry) -> None:
-        """Take a sample of wheel odometry; one that does not continue the last starts it afresh."""
+        """Add a wheel odometry sample; one that does not continue the previous sample restarts it."""
         if self._samples.add_odometry(odometry):
             self._forget_wheels()
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
-        """Take a sample of the gyroscope."""
+        """Add a gyroscope sample."""
         self._samples.add_yaw_rate(yaw_rate)
 
     def can_follow(self, scan: Scan) -> bool:
-        """Whether the motion to a scan can be told: to that of a further laser, by wheels only."""
+        """Whether the motion to a scan is known; for an additional laser only wheels can measure it."""
         if not self.mounts.is_further(scan.laser):
             return True
         can = self._keyframe.by_wheels is not None and self._samples.odometry.covers(scan.stamp)
@@ -124,8 +124,8 @@ class DeadReckoning:
         return can
 
     def advance(self, scan: Scan) -> tuple[NDArray[np.float64], MotionGuesses]:
-        """Move on to the next scan; returns its end points (M, 2), corrected for motion, in the frame of its
-        laser, and the guesses of the motion."""
+        """Advance to the next scan. Returns its motion-corrected end points (M, 2) in the frame of its laser,
+        and the motion guesses."""
         self._place_laser(scan)
         self.blind_for = scan.stamp - self._seeing_stamp if self._seeing_stamp else 0
         mount = self.mounts.of(scan.laser)
@@ -172,7 +172,7 @@ class DeadReckoning:
         return in_laser, guesses
 
     def guesses(self) -> MotionGuesses:
-        """Of keyframe_from_laser, by each source that says something."""
+        """Guesses of keyframe_from_laser by every source that has one."""
         by: dict[GuessSource, Pose] = {}
         step = self.wheel_step()
         if step is not None:
@@ -184,27 +184,27 @@ class DeadReckoning:
         return MotionGuesses(by)
 
     def wheel_step(self) -> Pose | None:
-        """(3,) keyframe_from_laser as the wheels measured it, not corrected; None where they did not."""
+        """(3,) keyframe_from_laser as measured by the wheels, uncorrected; None if they did not."""
         return _step(self._keyframe.by_wheels, self._now.by_wheels)
 
     @property
     def wheels_begin(self) -> bool:
-        """Whether the wheels tell where the car is, but did not at the last keyframe: only from the next one
-        on they show a motion, and where scan odometry sticks that may be long in coming."""
+        """Whether the wheels report a pose now but did not at the last keyframe. They only measure motion
+        from the next keyframe on, and where scan odometry sticks that one may take long to come."""
         return self._now.by_wheels is not None and self._keyframe.by_wheels is None
 
     @property
     def wheels_repeat(self) -> bool:
-        """Whether the wheels say that the car stands now, which wheels that are frozen say too."""
+        """Whether the wheels report that the car stands; frozen wheels report the same."""
         return self._samples.repeats(self._now.stamp)
 
     def judge_repeating(self, step: Pose, source: GuessSource, limits: tuple[float, float]) -> None:
-        """Leave out wheels that repeat a pose or heading, until that changes, if the scans contradict them:
-        since the last keyframe they show a ``step`` (3,), which was found from the guess of a ``source``.
+        """Ignore wheels that repeat a pose or heading, until it changes, if the scans contradict them: they
+        show a ``step`` (3,) since the last keyframe, found from the guess of a ``source``.
 
-        They do where another guess than that of a pose was right, or where all of a step of more than the
-        limits (metres, radians) was made meanwhile. The heading of a car that steers straight ahead repeats
-        too, so some steps have to show together that it turns; where a gyroscope does, it is not missed.
+        They contradict a pose where another guess was right, or where an entire step above the limits
+        (metres, radians) was made meanwhile. A heading also repeats while the car steers straight, so several
+        steps together have to show a turn; where a gyroscope measures it, the wheels' turn is not needed.
         """
         begin = self._samples.repeats_since(self._now.stamp)
         if begin is not None:
@@ -220,24 +220,24 @@ class DeadReckoning:
             self._leave_out_wheels(begin, heading_only=True)
 
     def doubt_standing(self) -> None:
-        """Leave out wheels that repeat a pose, until that changes: a car that stood would see again what it
-        saw at the last keyframe, but it does not."""
+        """Ignore wheels that repeat a pose, until it changes: a standing car would see the last keyframe
+        again, but this one does not."""
         begin = self._samples.repeats_since(self._now.stamp)
         if begin is not None and self._now.by_wheels is not None:
             self._leave_out_wheels(begin)
 
     def _is_since_keyframe(self, begin: int) -> bool:
-        """Whether what the odometry repeats since a stamp (nanoseconds) is all that it says of the step."""
+        """Whether the odometry has repeated itself since a stamp (nanoseconds) for the entire step."""
         return begin - self._samples.odometry.lag <= self._keyframe.stamp
 
     def _leave_out_wheels(self, begin: int, *, heading_only: bool = False) -> None:
-        """What they repeat since a stamp is no motion."""
+        """Ignore the pose or heading that the wheels have repeated since a stamp."""
         self._samples.leave_out_odometry(begin, heading_only=heading_only)
         self._forget_wheels()
         self._unseen_turn = 0.0
 
     def _forget_wheels(self) -> None:
-        """What they told until now does not count any more."""
+        """Discard the wheels' poses so far."""
         self._now, self._keyframe = (each._replace(by_wheels=None) for each in (self._now, self._keyframe))
 
     def prior(self, step: Pose) -> NDArray[np.float64]:
@@ -246,20 +246,20 @@ class DeadReckoning:
         return UNMEASURED if is_long and self.wheel_step() is None else self.calibration.prior(step)
 
     def gyro_step(self) -> tuple[float, float]:
-        """The turn since the last keyframe as the gyroscope measured it, and in how many seconds.
+        """The turn since the last keyframe as measured by the gyroscope, and the seconds in between.
 
-        Radians, NaN where it did not.
+        Radians, NaN if it did not measure it.
         """
         seconds = (self._now.stamp - self._keyframe.stamp) * 1e-9
         return turn_between(self._keyframe.by_gyro, self._now.by_gyro), seconds
 
     def corrected(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
-        """Steps (..., 3) of the reference by the wheels without their systematic errors, and with what the
-        gyroscope says of the turn."""
+        """Wheel steps (..., 3) of the reference, corrected for systematic errors and fused with the
+        gyroscope's turns."""
         return self.fused(self.calibration.faults.corrected(steps), gyro_turns, seconds)
 
     def fused(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
-        """Corrected steps (..., 3) of the reference with what the gyroscope says of the turn."""
+        """Corrected steps (..., 3) of the reference, fused with the gyroscope's turns."""
         if not self.turns.model.is_used:
             return steps
         base_from_reference = self.mounts.base_from_reference
@@ -270,8 +270,8 @@ class DeadReckoning:
     def start_keyframe(
         self, step: Pose, keyframe: PreparedScan, laser: int = 0, *, is_matched: bool = True
     ) -> None:
-        """From here on the current scan, of a ``laser``, is the keyframe; since the last one the reference
-        moved by ``step`` (3,), which the scans show if it ``is_matched``."""
+        """Make the current scan, of a ``laser``, the keyframe. The reference moved by ``step`` (3,) since the
+        last one; the scans show this step if it ``is_matched``."""
         if is_matched:
             self._learn_turn(step)
         else:
@@ -285,7 +285,7 @@ class DeadReckoning:
         self._keyframe = self._now
 
     def learn_lag(self) -> None:
-        """Learn by how much odometry is stamped late, and apply it; the current scan must be the keyframe."""
+        """Learn how late odometry is stamped, and apply it; the current scan must be the keyframe."""
         odometry = self._samples.odometry
         if self.odometry_lag.learn(odometry):
             odometry.lag = self.odometry_lag.nanoseconds
@@ -295,14 +295,14 @@ class DeadReckoning:
                 self._now = self._keyframe = self._now._replace(by_wheels=by_wheels)
 
     def _learn_turn(self, step: Pose) -> None:
-        """Compare the turn of the step (3,) between two keyframes with those by wheels and gyroscope."""
+        """Compare the turn of the step (3,) between two keyframes with those of wheels and gyroscope."""
         gyro_turn, seconds = self.gyro_step()
         by_wheels = self.wheel_step()
         corrected = None if by_wheels is None else self.calibration.faults.corrected(by_wheels)
         self.turns.follow(seconds, float(step[2]), gyro_turn, corrected)
 
     def _measured_turn(self, gyro_turn: float, seconds: float, scan: Scan) -> TurnMeasured | None:
-        """What a gyroscope that has proven right says of the time between two scans."""
+        """The motion between two scans as measured by a gyroscope that has proven right."""
         model = self.turns.model
         if not model.is_used or isnan(gyro_turn) or seconds <= 0.0:
             return None
@@ -314,7 +314,7 @@ class DeadReckoning:
         return TurnMeasured(turn, variance, rate, self.mounts.base_from_reference)
 
     def _motion_in_sweep(self, scan: Scan, turned: TurnMeasured | None) -> LaserMotion:
-        """By the wheels, with the turn by the gyroscope where that is believed."""
+        """Motion from the wheels, with the gyroscope's turn where it is trusted."""
         if turned is None:
             return by_odometry(scan, self._samples.odometry)
         if len(self._samples.odometry) == 0:
@@ -328,9 +328,9 @@ class DeadReckoning:
         return by_odometry(scan, self._samples.odometry, correction)
 
     def _begin_scan_odometry(self) -> None:
-        """Begin anew with the current scan.
+        """Restart at the current scan.
 
-        Once lost, scan odometry goes on with the motion that misled it, to where its local map is empty and
+        Once lost, scan odometry keeps the motion that misled it, moving to where its local map is empty and
         nothing corrects it.
         """
         self._scan_odometry = ScanOdometry()
@@ -338,11 +338,11 @@ class DeadReckoning:
         self._last_motion = IDENTITY
 
     def forget_old_scans(self) -> None:
-        """Of scan odometry; what it measures is the motion since the last keyframe."""
+        """Drop old scans of scan odometry; only the motion since the last keyframe is needed."""
         self._scan_odometry.forget_old()
 
     def _place_laser(self, scan: Scan) -> None:
-        """The mount may become known late; what the wheels reported until then is of another point."""
+        """Update the mount; until it is known the wheels' poses are those of another point."""
         moved = self.mounts.take(scan)
         if moved is None:
             return
@@ -353,12 +353,12 @@ class DeadReckoning:
 
 
 def _step(first: Pose | None, second: Pose | None) -> Pose | None:
-    """The motion (3,) from one pose to another; None where either is not known."""
+    """The motion (3,) from one pose to another; None if either is unknown."""
     return None if first is None or second is None else between(first, second)
 
 
 def _from_reference(mount: Pose | None, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points (N, 2) or (N, 3) that a laser on a ``mount`` (3,) saw, as seen from the reference."""
+    """Points (N, 2) or (N, 3) of a laser at ``mount`` (3,) in the frame of the reference."""
     if mount is None:
         return points
     return np.column_stack([transform_points(mount, points[:, :2]), points[:, 2:]])

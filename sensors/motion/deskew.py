@@ -1,4 +1,4 @@
-"""Correct a sweep for the laser's motion while it was taken."""
+"""Corrects a sweep for the laser's motion during it."""
 
 from collections.abc import Callable
 from typing import TypeAlias
@@ -11,18 +11,18 @@ from racecar.sensors.motion.odometry_buffer import OdometryBuffer
 from racecar.sensors.scan import Scan
 
 LaserMotion: TypeAlias = Callable[[NDArray[np.float64]], Pose]
-"""Where the laser is (N, 3) so many seconds (N,) after the stamp, in its own frame at the stamp."""
+"""Pose of the laser (N, 3) at offsets (N,) in seconds after the stamp, in its own frame at the stamp."""
 
 
 TurnCorrection: TypeAlias = Callable[[Pose, NDArray[np.float64], NDArray[np.int64]], Pose]
-"""What a gyroscope makes of steps (N, 3) of the base by its wheels, in so many seconds (N,), that end at
-stamps (N,)."""
+"""Corrects wheel steps (N, 3) of the base by a gyroscope; the steps take (N,) seconds and end at stamps
+(N,)."""
 
 
 def by_odometry(
     scan: Scan, odometry: OdometryBuffer, correction: TurnCorrection | None = None
 ) -> LaserMotion:
-    """The motion that the wheels report; none before their first sample."""
+    """The motion reported by the wheels; no motion before their first sample."""
     if len(odometry) == 0:
         return by_velocity(IDENTITY)
 
@@ -39,7 +39,7 @@ def by_odometry(
 
 
 def by_velocity(velocity: Pose) -> LaserMotion:
-    """Steady motion at a velocity (3,) in the laser's frame, metres and radians per second."""
+    """Constant velocity (3,) in the laser's frame, metres and radians per second."""
 
     def laser_from_later(seconds: NDArray[np.float64]) -> Pose:
         x, y, turn = (seconds[:, None] * velocity).T
@@ -52,8 +52,8 @@ def by_velocity(velocity: Pose) -> LaserMotion:
 
 
 def seen_by(mount: Pose | None, motion: LaserMotion) -> LaserMotion:
-    """The motion of a laser that is mounted at ``mount`` (3,) seen from the one whose motion is given; None:
-    it is that one."""
+    """The motion of a laser at ``mount`` (3,) in the frame of the one whose motion is given; None for that
+    laser itself."""
     if mount is None:
         return motion
     mounted = mount
@@ -63,14 +63,14 @@ def seen_by(mount: Pose | None, motion: LaserMotion) -> LaserMotion:
 def deskew(scan: Scan, motion: LaserMotion) -> NDArray[np.float64]:
     """End points (M, 2) of the returns in the laser frame at the scan's stamp.
 
-    Each beam is transformed from the laser's pose at its own time. Where the sensor does not time its
-    beams, the points are as measured.
+    Each beam is transformed from the laser's pose at its own time. Without beam times the points stay as
+    measured.
     """
     return _at_stamp(scan.points_in_laser(), scan.time_offsets[scan.is_return], motion)
 
 
 def deskew_cloud(scan: Scan, motion: LaserMotion) -> NDArray[np.float64] | None:
-    """Points (N, 3) of the scan's cloud, corrected like its beams; None when it has no cloud."""
+    """Points (N, 3) of the scan's cloud, corrected like its beams; None if it has no cloud."""
     if scan.cloud is None:
         return None
     points, offsets = scan.cloud.points, scan.cloud.time_offsets

@@ -1,4 +1,4 @@
-"""The latest yaw rates, summed up to angles; their memory is bounded."""
+"""A bounded buffer of the latest yaw rates, integrated to angles."""
 
 import math
 from typing import NamedTuple
@@ -10,47 +10,47 @@ from racecar.sensors.motion.recent_rows import RecentRows
 from racecar.sensors.yaw_rate import YawRate
 
 _WIDEST_GAP = 500_000_000
-"""Nanoseconds between two samples over which the rate may be drawn straight; beyond, the turn is not known.
-By judgement, because the slowest IMUs send ten times a second, and may lose a few messages."""
+"""Nanoseconds between two samples over which the rate is interpolated; across longer gaps the turn is
+unknown. Chosen by judgement: the slowest IMUs publish at 10 Hz and may lose a few messages."""
 _LONGEST_EXTRAPOLATION = 150_000_000
-"""Nanoseconds past the last sample for which its rate lasts: a period and a half of the slowest IMUs, so that
-live the next sample may be on its way."""
+"""Nanoseconds past the last sample for which its rate is held: one and a half periods of the slowest IMUs, so
+that live the next sample may still be on its way."""
 
 
 _STUCK_AFTER = 1_000_000_000
-"""Nanoseconds of equal samples after which a gyroscope is dead, since noise makes any two differ; one that is
-read so coarsely that it does not, when the car stands, is not missed then. By judgement."""
+"""Nanoseconds of equal samples after which a gyroscope counts as dead, since noise makes any two differ. A
+coarse one may repeat a value while the car stands, where it is not needed. Chosen by judgement."""
 
 
 class GyroReading(NamedTuple):
-    """What a gyroscope has summed up until a moment; only differences mean something."""
+    """The angle integrated until a stamp; only differences are meaningful."""
 
     series: int
     """Number of the uninterrupted series of samples."""
     angle: float
-    """Radians since some time, with the bias of the gyroscope in it."""
+    """Radians since an arbitrary time, including the gyroscope's bias."""
 
 
 def turn_between(before: GyroReading | None, after: GyroReading | None) -> float:
-    """Radians, as measured; NaN where that is not known."""
+    """Radians as measured; NaN if unknown."""
     if before is None or after is None or before.series != after.series:
         return math.nan
     return after.angle - before.angle
 
 
 class GyroBuffer(RecentRows):
-    """Samples in the order of time. Any number of threads may read, or one may add, but not both at once.
+    """Samples in time order. Supports any number of readers or one writer, but not both at once.
 
-    A gyroscope is dead, and says nothing, as long as its samples are the same number, such as zero, from the
-    first one on or for over a second.
+    A gyroscope is dead, and its samples are ignored, while they all have the same value, such as zero, from
+    the first one on or for over a second.
     """
 
     def __init__(self, max_samples: int = 4096) -> None:
-        """A row is a rate, and the angle: the sum of rates until then, by the trapezoidal rule."""
+        """A row is a rate and an angle: the integral of the rates so far, by the trapezoidal rule."""
         super().__init__(2, max_samples)
         self._series = 0
         self._changed_at: int | None = None
-        """Nanoseconds of the last sample that differed from the one before."""
+        """Nanoseconds of the last sample that differed from the previous one."""
 
     @property
     def series(self) -> int:
@@ -58,7 +58,7 @@ class GyroBuffer(RecentRows):
         return self._series
 
     def add(self, sample: YawRate) -> None:
-        """Take a sample; one that is no number, or not newer than the last, is left out."""
+        """Add a sample; one that is not finite, or not newer than the last, is ignored."""
         latest = self.latest_stamp
         if not math.isfinite(sample.rate) or (latest is not None and sample.stamp <= latest):
             return
@@ -82,28 +82,28 @@ class GyroBuffer(RecentRows):
         return latest is not None and changed_at is not None and latest - changed_at <= _STUCK_AFTER
 
     def start_anew(self) -> None:
-        """What comes does not continue what was."""
+        """Start a new series: later samples do not continue earlier ones."""
         self._clear()
         self._series += 1
 
     def covers(self, stamp: int) -> bool:
-        """Whether the samples reach to a stamp (nanoseconds), or nearly."""
+        """Whether the samples reach a stamp (nanoseconds), or nearly."""
         latest = self.latest_stamp
         if latest is None or not self._is_alive or stamp > latest + _LONGEST_EXTRAPOLATION:
             return False
         return bool(stamp >= self._stamps[0])
 
     def reading_at(self, stamp: int) -> GyroReading | None:
-        """What was summed up until a stamp (nanoseconds); None where it is not covered."""
+        """The reading at a stamp (nanoseconds); None if it is not covered."""
         if not self.covers(stamp):
             return None
         return GyroReading(self._series, float(self.angles_at([stamp])[0]))
 
     def angles_at(self, stamps: ArrayLike) -> NDArray[np.float64]:
-        """Radians (N,) summed up until stamps (N,) in nanoseconds, all in one series.
+        """Angles (N,) in radians at stamps (N,) in nanoseconds, all in one series.
 
-        Between samples the rate is interpolated; before the first and past the last it stays as it is.
-        Raises LookupError while empty.
+        The rate is interpolated between samples and held before the first and past the last. Raises
+        LookupError while empty.
         """
         if not self._end:
             raise LookupError("no yaw rates yet")

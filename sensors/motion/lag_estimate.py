@@ -1,10 +1,10 @@
-"""When a lag between two clocks is known: where blocks of time agree on it.
+"""Estimates the lag between two clocks, and accepts it where blocks of time agree on it.
 
-What two sensors disagree by at each lag is summed up in blocks of time. The lag is where the sum is least,
-between the lags tried by a parabola, and its deviation is that of a bootstrap over the blocks [Efron and
-Tibshirani, An Introduction to the Bootstrap, 1993, chapter 8]. A lag that one turn alone shows is missing in
-the draws without it. Turns that only one of the two has cost the same at each lag, and so say nothing. On 15
-simulated drives whose wheels lag by -0.14 to 0.15 s, a lag that is known is right to 0.015 s.
+The disagreement of two sensors is summed for each lag in blocks of time. The lag minimizes the sum, refined
+by a parabola between the tested lags. Its deviation comes from a bootstrap over the blocks [Efron and
+Tibshirani, An Introduction to the Bootstrap, 1993, chapter 8]. A lag that only one turn shows is missing from
+draws without that turn. Turns that only one sensor measured cost the same at each lag and so add no
+information. On 15 simulated drives whose wheels lag by -0.14 to 0.15 s, accepted lags are right to 0.015 s.
 """
 
 from typing import NamedTuple
@@ -13,33 +13,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 _BLOCK = 500_000_000
-"""Nanoseconds of a block of the bootstrap: as long as a window, since what windows share is no news. With 1 s
-the same lags are known."""
+"""Nanoseconds of a bootstrap block: one window long, since overlapping windows are not independent. With 1 s
+the same lags are accepted."""
 _MIN_BLOCKS = 5
-"""Blocks below which nothing is known. Measured: of pieces of so many blocks of 15 simulated drives 95 % err
-by up to 0.021 s, as with 6; with 3 by 0.028."""
+"""Minimum number of blocks. Measured: for pieces of this many blocks of 15 simulated drives, 95 % err by up
+to 0.021 s, as with 6; with 3 by 0.028."""
 _RESAMPLINGS = 100
-"""Of the bootstrap. By judgement: they show a deviation to a tenth."""
+"""Number of bootstrap draws. Chosen by judgement: they estimate a standard deviation to a tenth."""
 _SIGMAS = 4.0
-"""Standard deviations that a lag must show by. Measured: 6 and more where it is true, up to 3.7 where
-odometry comes five or ten times a second and few turns tell."""
+"""Standard deviations by which a lag must differ from zero. Measured: 6 and more for true lags, up to 3.7
+where odometry comes five or ten times a second and few turns show a lag."""
 
 
 class Blocks(NamedTuple):
-    """What was compared in each of B blocks of time."""
+    """The comparison in each of B blocks of time."""
 
     numbers: NDArray[np.int64]
-    """(B,) ascending: stamps by the length of a block."""
+    """(B,) ascending: stamps divided by the block length."""
     costs: NDArray[np.float64]
-    """(B, L) what two sensors disagree by at each lag."""
+    """(B, L) disagreement of two sensors at each lag."""
 
     @classmethod
     def none(cls, lags: int) -> "Blocks":
-        """Beside so many lags."""
+        """No blocks, for this number of lags."""
         return cls(np.zeros(0, dtype=np.int64), np.zeros((0, lags)))
 
     def joined(self, other: "Blocks") -> "Blocks":
-        """With those of another time, which may go on with the last block."""
+        """Joined with the blocks of another time, which may continue the last block."""
         numbers, block = np.unique(np.concatenate([self.numbers, other.numbers]), return_inverse=True)
         costs = np.zeros((len(numbers), self.costs.shape[1]))
         np.add.at(costs, block, np.concatenate([self.costs, other.costs]))
@@ -47,14 +47,14 @@ class Blocks(NamedTuple):
 
 
 def blocks_of(stamps: NDArray[np.int64], disagreements: NDArray[np.float64]) -> Blocks:
-    """Of windows that begin at stamps (W,), nanoseconds, and their disagreements (L, W)."""
+    """The blocks of windows that begin at stamps (W,), nanoseconds, with disagreements (L, W)."""
     numbers = stamps // _BLOCK
     return Blocks.none(len(disagreements)).joined(Blocks(numbers, disagreements.T))
 
 
 def known_lag(lags: NDArray[np.int64], blocks: Blocks) -> int | None:
-    """Nanoseconds; None where the blocks do not agree on any that is surely not zero, or on one at a bound of
-    the lags (L,) that were tried, which are evenly spaced."""
+    """Nanoseconds; None if the blocks do not agree on a lag that clearly differs from zero, or agree on one
+    at a bound of the tested lags (L,), which are evenly spaced."""
     costs = blocks.costs[np.ptp(blocks.costs, axis=1) > 0.0]
     count = len(costs)
     if count < _MIN_BLOCKS or int(np.argmin(costs.sum(axis=0))) in (0, len(lags) - 1):
@@ -65,7 +65,7 @@ def known_lag(lags: NDArray[np.int64], blocks: Blocks) -> int | None:
 
 
 def _lowest(lags: NDArray[np.int64], costs: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(...,) where costs (..., L) are least, by a parabola through the neighbours of the least one."""
+    """(...,) lags of least costs (..., L), refined by a parabola through the minimum's neighbours."""
     best = np.argmin(costs, axis=-1)
     middle = np.clip(best, 1, len(lags) - 2)
     left, least, right = (

@@ -1,4 +1,4 @@
-"""How far the laser has moved since the last keyframe, as each source guesses it."""
+"""Guesses, by several sources, of the laser's motion since the last keyframe."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -9,13 +9,13 @@ from racecar.maps.geometry.se2 import IDENTITY, Pose
 
 
 class GuessSource(Enum):
-    """Where a guess comes from, the most trusted first."""
+    """The source of a guess, the most trusted first."""
 
     WHEELS_OR_FILTER = "wheels or filter"
-    """Wheel odometry or, while there is none, the velocity filter; absent while neither is trusted."""
+    """Wheel odometry or, without it, the velocity filter; absent while neither is trusted."""
     SCAN_ODOMETRY = "scan odometry"
     STEADY_VELOCITY = "steady velocity"
-    """Going on with the velocity of the last keyframe."""
+    """The velocity of the last keyframe, held constant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class MotionGuesses:
 
     @property
     def sources(self) -> tuple[GuessSource, ...]:
-        """(H) of `motions`."""
+        """(H,) sources of `motions`."""
         return tuple(self.by)
 
     @property
@@ -36,28 +36,28 @@ class MotionGuesses:
 
     @property
     def best(self) -> Pose:
-        """(3,) the most trusted."""
+        """(3,) the most trusted guess."""
         return next(iter(self.by.values()))
 
     def of(self, source: GuessSource) -> Pose:
-        """(3,) by one source, the most trusted where it says nothing."""
+        """(3,) the guess of one source, or the most trusted guess if it has none."""
         return self.by.get(source, self.best)
 
     @property
     def first(self) -> "MotionGuesses":
-        """Only the most trusted."""
+        """Only the most trusted guess."""
         return MotionGuesses({self.sources[0]: self.best})
 
     def without(self, source: GuessSource) -> "MotionGuesses":
-        """Those of all sources but one."""
+        """The guesses of all sources but one."""
         return MotionGuesses({each: motion for each, motion in self.by.items() if each != source})
 
     def reach(self, distance: float, angle: float) -> bool:
-        """Has the laser moved so many metres or radians, by any source that has seen the motion?"""
+        """Whether the laser has moved this many metres or radians by any source that measured the motion."""
         steady = GuessSource.STEADY_VELOCITY
         x, y, turn = np.array([motion for source, motion in self.by.items() if source != steady]).T
         return bool(np.hypot(x, y).max() >= distance or np.abs(turn).max() >= angle)
 
 
 AT_KEYFRAME = MotionGuesses({GuessSource.STEADY_VELOCITY: IDENTITY})
-"""Of the scan that is the keyframe."""
+"""The guesses for the scan that is the keyframe."""

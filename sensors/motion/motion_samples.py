@@ -1,4 +1,4 @@
-"""The samples of odometry and gyroscope, and what they say of the motion between two stamps."""
+"""Odometry and gyroscope samples, and the motion they measure between two stamps."""
 
 from dataclasses import dataclass
 from math import isfinite, nan
@@ -17,8 +17,8 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.yaw_rate import YawRate
 
 _RESTART = 1_000_000_000
-"""By judgement: nanoseconds by which a clock must go back to count as set anew; by less, messages came out of
-order."""
+"""Nanoseconds backwards above which a clock was set back; below, messages are out of order. Chosen by
+judgement."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,25 +26,25 @@ class MeasuredMotion:
     """The motion between two stamps."""
 
     seconds: float
-    """inf where the clock was set back, so that the time is unknown."""
+    """inf if the clock was set back, so that the time is unknown."""
     by_wheels: Pose | None = None
-    """(3,) as odometry has it; None where it does not say."""
+    """(3,) by odometry; None if it did not measure it."""
     by_gyro: float = nan
-    """Radians as the gyroscope has them, NaN where it does not say."""
+    """Radians by the gyroscope; NaN if it did not measure them."""
 
 
 @dataclass(frozen=True, eq=False)
 class OdometryReading:
-    """What odometry and gyroscope have summed up until a stamp; only differences mean something."""
+    """Odometry and gyroscope angle integrated until a stamp; only differences are meaningful."""
 
     stamp: int
     series: int
-    """Number of the uninterrupted series of odometry."""
+    """Number of the uninterrupted odometry series."""
     odom_from_base: Pose | None
     by_gyro: GyroReading | None
 
     def motion_to(self, other: "OdometryReading") -> MeasuredMotion:
-        """From this stamp to that of another reading."""
+        """The motion from this stamp to that of another reading."""
         step = None
         if (
             self.odom_from_base is not None
@@ -57,15 +57,15 @@ class OdometryReading:
 
 
 class MotionSamples:
-    """Any thread may add samples and ask at any time."""
+    """Samples of both sensors; any thread may add to or read from it at any time."""
 
     def __init__(self, lag: int = 0, extrapolation: Extrapolation = STAND_STILL) -> None:
-        """``lag``: nanoseconds by which samples of the odometry are stamped late; past the last of them the
-        ``extrapolation`` says how the car goes on."""
+        """``lag``: nanoseconds by which odometry samples are stamped late; ``extrapolation``: how the car
+        moves past the last one."""
         self.frozen = FrozenOdometry()
-        """When the odometry repeated a pose while the car moved on."""
+        """The times at which odometry repeated a pose while the car moved."""
         self.odometry = OdometryBuffer(lag=lag, extrapolation=extrapolation)
-        """Of the latest series."""
+        """The latest series."""
         self.gyro = GyroBuffer()
         self._series = 0
         self._lock = Lock()
@@ -77,9 +77,9 @@ class MotionSamples:
         vars(self).update(state, _lock=Lock())
 
     def add_odometry(self, odometry: Odometry) -> bool:
-        """Take a sample; one that is not finite or comes out of order is left out.
+        """Add a sample; one that is not finite or out of order is ignored.
 
-        Where its clock is set back or its poses jump, odometry begins anew; then the answer is yes.
+        Odometry restarts if its clock is set back or its poses jump; returns whether it did.
         """
         if not isfinite(sum(odometry.odom_from_base.tolist())):
             return False
@@ -99,21 +99,21 @@ class MotionSamples:
             return begins_anew
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
-        """Take a sample of the gyroscope; one that is no number or comes out of order is left out."""
+        """Add a gyroscope sample; one that is not finite or out of order is ignored."""
         with self._lock:
             if is_set_back(self.gyro.latest_stamp, yaw_rate.stamp):
                 self.gyro.start_anew()
             self.gyro.add(yaw_rate)
 
     def reading_at(self, stamp: int) -> OdometryReading:
-        """At a stamp, or as near to it as samples come."""
+        """The reading at a stamp, or as near to it as there are samples."""
         with self._lock:
             is_known = not self._is_frozen_at(stamp) and self.odometry.covers(stamp)
             odom_from_base = self.odometry.pose_at([stamp])[0] if is_known else None
             return OdometryReading(stamp, self._series, odom_from_base, self.gyro.reading_at(stamp))
 
     def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
-        """``odom_from_base`` (N, 3) at stamps (N,); past the latest sample, its speed lasts for a little.
+        """``odom_from_base`` (N, 3) at stamps (N,); past the latest sample, its speed is held briefly.
 
         Raises LookupError while there is no odometry.
         """
@@ -121,14 +121,14 @@ class MotionSamples:
             return self.odometry.pose_at(stamps)
 
     def gyro_turns(self, since: GyroReading | None, stamps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(N,) radians from a reading to stamps (N,), as measured; NaN where that is not known."""
+        """(N,) radians from a reading to stamps (N,), as measured; NaN if unknown."""
         with self._lock:
             if since is None or since.series != self.gyro.series:
                 return np.full(len(stamps), nan)
             return self.gyro.angles_at(stamps) - since.angle
 
     def repeats(self, stamp: int) -> bool:
-        """Whether the odometry says that the car stands, by repeating one pose to the last bit."""
+        """Whether the odometry reports that the car stands, by repeating the exact same pose."""
         return not self._is_frozen_at(stamp) and self.repeats_since(stamp) is not None
 
     def repeats_since(self, stamp: int, *, heading_only: bool = False) -> int | None:
@@ -137,8 +137,7 @@ class MotionSamples:
             return self.odometry.repeats_since(stamp, heading_only=heading_only)
 
     def leave_out_odometry(self, begin: int | None, *, heading_only: bool = False) -> None:
-        """What the odometry repeats since a stamp, if it does, is no motion, until its pose goes on, or its
-        heading."""
+        """Ignore the pose, or heading, that the odometry has repeated since a stamp, until it changes."""
         if begin is None:
             return
         with self._lock:
@@ -150,5 +149,5 @@ class MotionSamples:
 
 
 def is_set_back(latest: int | None, stamp: int) -> bool:
-    """Whether a clock was set back before a stamp, so that this is not just out of order."""
+    """Whether a stamp shows that the clock was set back, rather than a message out of order."""
     return latest is not None and latest - stamp > _RESTART

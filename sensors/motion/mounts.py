@@ -1,8 +1,8 @@
-"""Where the lasers sit on a car that has several.
+"""The lasers' mounting poses on a car that has several.
 
-All motion is that of one of them, the reference, whichever took a scan: so dead reckoning, guesses and what
-the wheels get wrong are as with one laser. Scans and keyframes are in the frame of the laser that took them,
-since rays, bearings and what hides what are as seen from there.
+All motion is that of one laser, the reference, whichever one took a scan. So dead reckoning, guesses and
+odometry faults are the same as with one laser. Scans and keyframes stay in the frame of the laser that took
+them, since rays, bearings and occlusion depend on its position.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from racecar.sensors.scan import Scan
 
 
 class Mounts:
-    """Places by the lasers' numbers; the reference is the laser of the first scan."""
+    """Mounts by laser number; the reference is the laser of the first scan."""
 
     def __init__(self) -> None:
         self._places: dict[int, Pose] = {}
@@ -27,16 +27,16 @@ class Mounts:
 
     @property
     def are_one(self) -> bool:
-        """Whether all scans so far were of one laser."""
+        """Whether all scans so far came from one laser."""
         return len(self._places) < 2
 
     def is_further(self, laser: int) -> bool:
-        """Whether a laser is another than the reference."""
+        """Whether a laser is not the reference."""
         return laser != next(iter(self._places), laser)
 
     def take(self, scan: Scan) -> Pose | None:
-        """Take the place of a scan's laser, which may become known late; how the reference moved by that
-        (3,), None where it did not."""
+        """Store the mount of a scan's laser, which may become known late. Returns the resulting motion (3,)
+        of the reference, None if there is none."""
         before = self.base_from_reference
         self._places[scan.laser] = scan.base_from_laser
         after = self.base_from_reference
@@ -49,17 +49,17 @@ class Mounts:
         return between(self.base_from_reference, self._places[laser])
 
     def laser_from_base(self, lasers: Sequence[int]) -> Pose:
-        """(N, 3) of the lasers (N,) that took some scans."""
+        """(N, 3) ``laser_from_base`` of lasers (N,)."""
         return self._each(lasers, {laser: inverse(place) for laser, place in self._places.items()})
 
     def to_reference(self, world_from_laser: Pose, lasers: Sequence[int]) -> Pose:
-        """Poses (N, 3) of the reference where lasers (N,) have these poses (N, 3)."""
+        """Poses (N, 3) of the reference, from poses (N, 3) of lasers (N,)."""
         if self.are_one:
             return world_from_laser
         return compose(world_from_laser, inverse(self._reference_from(lasers)))
 
     def to_laser(self, world_from_reference: Pose, lasers: Sequence[int]) -> Pose:
-        """Poses (N, 3) of lasers (N,) where the reference has these poses (N, 3)."""
+        """Poses (N, 3) of lasers (N,), from poses (N, 3) of the reference."""
         if self.are_one:
             return world_from_reference
         return compose(world_from_reference, self._reference_from(lasers))
@@ -70,7 +70,7 @@ class Mounts:
         first: Sequence[int] | NDArray[np.int64],
         second: Sequence[int] | NDArray[np.int64],
     ) -> Pose:
-        """The motions (N, 3) of the reference where these (N, 3) lead from the first lasers (N,) to the
+        """Motions (N, 3) of the reference, from motions (N, 3) that lead from the first lasers (N,) to the
         second ones (N,)."""
         if self.are_one:
             return motions
@@ -78,7 +78,7 @@ class Mounts:
         return compose(moved, inverse(self._reference_from(second)))
 
     def _reference_from(self, lasers: Sequence[int] | NDArray[np.int64]) -> Pose:
-        """(N, 3) of lasers (N,)."""
+        """(N, 3) ``reference_from_laser`` of lasers (N,)."""
         mounts = {laser: self.of(laser) for laser in self._places}
         return self._each(lasers, {k: IDENTITY if mount is None else mount for k, mount in mounts.items()})
 

@@ -1,4 +1,4 @@
-"""The latest samples of wheel odometry, interpolated at any stamp; their memory is bounded."""
+"""A bounded buffer of the latest wheel odometry samples, interpolated at any stamp."""
 
 from typing import NamedTuple
 
@@ -11,36 +11,36 @@ from racecar.sensors.motion.recent_rows import RecentRows
 from racecar.sensors.odometry import FASTEST, Odometry, is_jump
 
 STALE_AFTER = 500_000_000
-"""Nanoseconds after the last sample for which it says where the car is: long beside the period of any
-odometry (10 to 100 ms), so that a few lost messages do no harm, and short beside a drive; by judgement."""
+"""Nanoseconds after the last sample for which odometry is valid. Chosen by judgement: much longer than the
+period of any odometry (10 to 100 ms), so a few lost messages do no harm, and short compared with a drive."""
 _WIDEST_GAP, _NEAR_A_GAP = 1_000_000_000, 100_000_000
-"""Nanoseconds between two samples over which the path may be drawn straight, and how near to either end of a
-longer gap a pose still holds. By judgement, since a car can turn round in a second, but hardly move within a
+"""Nanoseconds between two samples over which poses are interpolated, and how near to either end of a longer
+gap a pose is still valid. Chosen by judgement: a car can turn round in a second, but hardly move within a
 tenth of one."""
 _REPEATS = 3
-"""Equal poses that are no chance: two may be one sample that was sent twice. By judgement."""
-_STANDING: Pose = IDENTITY.copy()  # one that is read-only would be compiled for anew
+"""Equal poses that are no coincidence: two may be one sample sent twice. Chosen by judgement."""
+_STANDING: Pose = IDENTITY.copy()  # a read-only array would trigger another compilation
 
 
 class Extrapolation(NamedTuple):
-    """How the car is taken to go on past the last sample: at its last speed, for a while."""
+    """How the car is assumed to move past the last sample: at its last speed, for a limited time."""
 
     longest: int
-    """Nanoseconds, besides the lag of the samples."""
+    """Nanoseconds, in addition to the lag of the samples."""
     speed_over: int
-    """Nanoseconds: the speed is the mean since the latest sample that is so much older, or any older one."""
+    """Nanoseconds: the speed is the mean since the latest sample this much older, or any older one."""
     widest_gap: int
-    """Nanoseconds: samples farther apart give no speed."""
+    """Nanoseconds: samples farther apart do not define a speed."""
 
 
 STAND_STILL = Extrapolation(longest=0, speed_over=100_000_000, widest_gap=np.iinfo(np.int64).max)
-"""Past the last sample the car stands, because an extrapolated speed turns a gap in a log into a jump. Only
-where samples are late it goes on for as long as they are, at the speed of a tenth of a second, so that
-samples stamped in a bunch do not spoil it."""
+"""The car stands past the last sample, because extrapolation turns a gap in a log into a jump. Only late
+samples are extrapolated, by their lag, at the speed over a tenth of a second, so that samples stamped in a
+bunch do not distort it."""
 
 
 class OdometryBuffer(RecentRows):
-    """Samples in the order of time. Any number of threads may read, or one may add, but not both at once."""
+    """Samples in time order. Supports any number of readers or one writer, but not both at once."""
 
     def __init__(
         self, max_samples: int = 4096, lag: int = 0, extrapolation: Extrapolation = STAND_STILL
@@ -49,7 +49,7 @@ class OdometryBuffer(RecentRows):
         self.lag = lag
         """Nanoseconds by which samples are stamped late."""
         self.extrapolation = extrapolation
-        """Past the last sample."""
+        """How the car moves past the last sample."""
         self._known_speed: Pose | None = None
 
     @property
@@ -62,11 +62,11 @@ class OdometryBuffer(RecentRows):
 
     @property
     def samples(self) -> tuple[NDArray[np.int64], Pose]:
-        """Stamps (N,) in nanoseconds and ``odom_from_base`` (N, 3), as far back as they are kept."""
+        """Stamps (N,) in nanoseconds and ``odom_from_base`` (N, 3) of all samples kept."""
         return self._stamps.copy(), self._rows.copy()
 
     def jumps_to(self, odometry: Odometry) -> bool:
-        """Whether a sample does not continue the last one: its poses have another origin."""
+        """Whether a sample does not continue the previous one because its poses have another origin."""
         latest = self.latest_stamp
         if latest is None:
             return False
@@ -74,7 +74,7 @@ class OdometryBuffer(RecentRows):
         return seconds > 0.0 and is_jump(self._rows[-1], odometry.odom_from_base, seconds)
 
     def add(self, odometry: Odometry) -> None:
-        """Take a sample; one that is not newer than the last is left out."""
+        """Add a sample; one that is not newer than the last is ignored."""
         latest = self.latest_stamp
         if latest is not None and odometry.stamp <= latest:
             return
@@ -82,9 +82,8 @@ class OdometryBuffer(RecentRows):
         self._known_speed = None
 
     def repeats_since(self, stamp: int, *, heading_only: bool = False) -> int | None:
-        """Nanoseconds of the first of the samples before a stamp that all have the same pose, or heading, to
-        the last bit, as those of a car that stands or of a driver that hangs; None where these are too few to
-        tell."""
+        """Nanoseconds of the first of the samples before a stamp that all have the exact same pose, or
+        heading, as when the car stands or its driver hangs; None if there are too few."""
         if not self.covers(stamp):
             return None
         poses = self._rows[: int(np.searchsorted(self._stamps, stamp + self.lag, side="right"))]
@@ -95,7 +94,7 @@ class OdometryBuffer(RecentRows):
         return int(self._stamps[int(differ[-1]) + 1 if len(differ) else 0])
 
     def covers(self, stamp: int) -> bool:
-        """Whether samples are so near to a stamp (nanoseconds) that `pose_at` is where the car was."""
+        """Whether samples are near enough to a stamp (nanoseconds) for `pose_at` to be valid."""
         latest = self.latest_stamp
         if latest is None or stamp - latest > STALE_AFTER:
             return False
@@ -112,8 +111,8 @@ class OdometryBuffer(RecentRows):
     def pose_at(self, stamps: ArrayLike) -> Pose:
         """``odom_from_base`` (..., 3) at stamps (...) in nanoseconds.
 
-        Between samples the pose is interpolated, before the first that one stands, and past the last the
-        `Extrapolation` says how the car goes on. Raises LookupError while empty.
+        Poses are interpolated between samples, constant before the first, and extrapolated past the last by
+        the `Extrapolation`. Raises LookupError while empty.
         """
         if not self._end:
             raise LookupError("no odometry yet")

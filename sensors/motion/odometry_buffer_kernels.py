@@ -1,4 +1,4 @@
-"""Interpolating between samples of odometry, and going on past the last."""
+"""Kernels that interpolate between odometry samples and extrapolate past the last."""
 
 import math
 
@@ -18,10 +18,10 @@ def poses_at(
     last_speed: Pose,
     longest_ahead: int,
 ) -> Pose:
-    """Poses (W, 3) at wanted stamps (W,), from those (N, 3) at ascending stamps (N,).
+    """Poses (W, 3) at requested stamps (W,), from poses (N, 3) at ascending stamps (N,).
 
-    All times are nanoseconds; samples are stamped late by ``lag``. Past the last one the car goes on at
-    ``last_speed`` (3,), metres and radians per nanosecond in its own frame, for ``longest_ahead`` at most.
+    All times are in nanoseconds; samples are stamped late by ``lag``. Past the last sample the car moves at
+    ``last_speed`` (3,), metres and radians per nanosecond in its own frame, for at most ``longest_ahead``.
     """
     found = np.empty((len(wanted), 3))
     last = len(stamps) - 1
@@ -53,8 +53,8 @@ def last_speed(
 ) -> Pose:
     """(3,) metres and radians per nanosecond, in the car's frame at the last of poses (N, 3) at stamps (N,).
 
-    The mean since the latest sample that is ``speed_over`` nanoseconds older, or any older one. None where
-    these are ``widest_gap`` apart, or farther, or faster than ``fastest`` per second: that was no motion.
+    The mean since the latest sample that is ``speed_over`` nanoseconds older, or since any older one. Zero if
+    these are ``widest_gap`` or more apart, or faster than ``fastest`` per second, which is no real motion.
     """
     last = len(stamps) - 1
     if last < 1:
@@ -70,7 +70,7 @@ def last_speed(
 
 @njit(cache=True, nogil=True)
 def _between(world_from_a: Pose, world_from_b: Pose) -> Pose:
-    """``a_from_b`` (3,), rounded as `racecar.maps.geometry.se2.between` rounds it."""
+    """``a_from_b`` (3,), rounded exactly as `racecar.maps.geometry.se2.between` does."""
     x, y, yaw = world_from_a
     cos, sin = math.cos(yaw), math.sin(yaw)
     a_from_world_x, a_from_world_y, turn = -cos * x - sin * y, sin * x - cos * y, _wrapped(-yaw)
@@ -83,6 +83,6 @@ def _between(world_from_a: Pose, world_from_b: Pose) -> Pose:
 
 @njit(cache=True, nogil=True)
 def _wrapped(angle: float) -> float:
-    """The same angle in (-π, π], rounded as `racecar.maps.geometry.se2.wrap_angle` rounds it, so that poses
-    are those of `interpolate` and `compose` there to the bit."""
+    """The same angle in (-π, π], rounded exactly as `racecar.maps.geometry.se2.wrap_angle` does, so that
+    poses match those of `interpolate` and `compose` there to the bit."""
     return math.pi - (math.pi - angle) % (2.0 * math.pi)

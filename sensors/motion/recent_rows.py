@@ -1,11 +1,11 @@
-"""The latest rows of numbers by ascending stamps, in one piece; their memory is bounded."""
+"""A bounded, contiguous buffer of the latest rows of numbers in order of their stamps."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 
 class RecentRows:
-    """Any number of threads may read, or one may append, but not both at once."""
+    """Supports any number of readers or one writer, but not both at once."""
 
     def __init__(self, columns: int, max_samples: int) -> None:
         self._max_samples = max_samples
@@ -18,7 +18,7 @@ class RecentRows:
 
     @property
     def latest_stamp(self) -> int | None:
-        """Nanoseconds, None while empty."""
+        """Nanoseconds; None while empty."""
         return int(self._all_stamps[self._end - 1]) if self._end else None
 
     @property

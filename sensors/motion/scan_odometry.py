@@ -1,8 +1,8 @@
 """Scan odometry: KISS-ICP's registration against a rolling local map, seeded by a prediction.
 
-Vizzo et al., "KISS-ICP: In Defense of Point-to-Point ICP", RA-L 2023. Used by its parts rather than
-through its pipeline class, so that wheel odometry can be the initial guess and the local map grows
-only at keyframes: a car that stands still then does not smear it.
+Vizzo et al., "KISS-ICP: In Defense of Point-to-Point ICP", RA-L 2023. Uses its components rather than its
+pipeline class, so that wheel odometry can be the initial guess and the local map grows only as the sensor
+moves: a standing car does not smear it.
 """
 
 from collections import deque
@@ -19,31 +19,31 @@ from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 from racecar.sensors.motion.upright import upright_points
 
 _VOXEL = 0.25
-"""Side of a voxel of the local map, metres. Measured when chosen: KISS-ICP's own 1.0 fails indoors, 0.1 to
-0.25 work."""
+"""Voxel size of the local map, metres. Measured when chosen: KISS-ICP's own 1.0 fails indoors, 0.1 to 0.25
+work."""
 _POINTS_PER_VOXEL = 6
-"""Points kept in a voxel. KISS-ICP's 20 are for volumes; measured on aces, fr079 and intel, 6 give the same
+"""Points per voxel. KISS-ICP's 20 is for 3D clouds; measured on aces, fr079 and intel, 6 gives the same
 errors in a sixth less time."""
 _RADIUS = 100.0
-"""Metres about the sensor within which the local map is kept: farther than indoor lasers see, because a
-shorter one loses the ends of corridors."""
+"""Radius of the local map, metres: beyond the range of indoor lasers, because a shorter one loses the ends of
+corridors."""
 _UPDATE_AFTER = 0.2, 0.1
-"""Metres or radians after which a scan enters the local map, so that a car that stands does not smear it."""
+"""Metres or radians after which a scan is added to the local map, so that a standing car cannot smear it."""
 _INITIAL_THRESHOLD = 0.5
-"""Metres by which predictions are first taken to be off; KISS-ICP then adapts it. By judgement: a quarter of
-its outdoor 2.0."""
+"""Initial guess of the error of predictions, metres, which KISS-ICP then adapts. Chosen by judgement: a
+quarter of its outdoor 2.0."""
 _MIN_MOTION = 0.01
-"""Metres that a prediction must miss by to change that threshold. By judgement: the noise of a laser."""
+"""Minimum error in metres that adapts this threshold. Chosen by judgement: the noise of a laser."""
 _LATEST_UPDATES = 60
-"""Updates of the local map that stay when older ones are forgotten. By judgement: 12 m of path or more, as
-far as most rooms reach."""
+"""Updates of the local map kept when older ones are dropped. Chosen by judgement: 12 m of path or more, as
+long as most rooms."""
 
 
 class ScanOdometry:
-    """Poses in an odometry frame of its own, from one scan to the next.
+    """Tracks poses from scan to scan in its own odometry frame.
 
-    In the local map a sensor with many rows is free in height, roll and pitch too, and drifts there; what
-    is reported is its motion in its own level plane, which that drift does not touch.
+    In the local map a multi-row sensor can also move in height, roll and pitch, and drifts there. The
+    reported motion lies in its own level plane, which that drift does not affect.
     """
 
     def __init__(self) -> None:
@@ -63,12 +63,12 @@ class ScanOdometry:
         self._pose: Pose = IDENTITY
 
     def __reduce__(self) -> tuple[type["ScanOdometry"], tuple[()]]:
-        """A copy begins anew, as KISS-ICP's parts cannot be copied."""
+        """A copy starts from scratch, as KISS-ICP's components cannot be copied."""
         return ScanOdometry, ()
 
     def forget_old(self) -> None:
-        """Leave of the local map what its latest updates show, as older ones lie off by the drift since then;
-        and learn anew from here on by how much predictions are off."""
+        """Keep only the latest updates of the local map, since older ones are off by the drift since then;
+        and start to learn the error of predictions from scratch."""
         self._kiss.adaptive_threshold.initial_threshold = self._threshold.get_threshold()
         self._threshold = get_threshold_estimator(self._kiss)
         self._local_map = get_voxel_hash_map(self._kiss)
@@ -78,8 +78,8 @@ class ScanOdometry:
     def register(self, points: NDArray[np.float64], last_from_now: Pose) -> Pose:
         """Pose (3,) of the sensor in the odometry frame.
 
-        ``points`` (N, 2), or (N, 3) with z up, in metres in the sensor frame, corrected for motion; all of
-        one kind. ``last_from_now`` (3,) is the motion since the last scan, as predicted.
+        ``points`` (N, 2), or (N, 3) with z up, in metres in the sensor frame, corrected for motion; all calls
+        use the same dimension. ``last_from_now`` (3,) is the predicted motion since the last scan.
         """
         last, guess = self._local_from_sensor, self._local_from_sensor @ _to_matrix(last_from_now)
         in_space = upright_points(points) if points.shape[1] == 3 else _at_height_zero(points)
@@ -110,7 +110,7 @@ class ScanOdometry:
 
 
 def _is_far(motion: Pose) -> bool:
-    """Has the sensor moved enough since the last update of the local map for another?"""
+    """Whether the sensor has moved far enough since the last update of the local map for another one."""
     distance, angle = _UPDATE_AFTER
     return bool(np.hypot(motion[0], motion[1]) >= distance or abs(motion[2]) >= angle)
 
@@ -120,7 +120,7 @@ def _at_height_zero(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _motion(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]) -> Pose:
-    """``a_from_b`` (3,), seen from above, of two poses (4, 4) in space."""
+    """``a_from_b`` (3,) of two poses (4, 4) in space, projected to the plane."""
     a_from_b = _between(world_from_a, world_from_b)
     return np.array([a_from_b[0, 3], a_from_b[1, 3], np.arctan2(a_from_b[1, 0], a_from_b[0, 0])])
 

@@ -1,11 +1,10 @@
-"""How much the car turns, by its wheels and its gyroscope, each weighed by what it has proven to be worth.
+"""Fuses the turns measured by wheels and gyroscope, each weighted by its proven accuracy.
 
-A gyroscope has a bias that drifts, and now and then other faults: it is dead, reports degrees, hangs upside
-down, or is read so seldom that it loses turns. Wheels slip. Where the scans show the turn, both are compared
-with it, segment after segment of the drive: the scale and the bias of the gyroscope follow from a robust fit,
-and what both miss after that are their variances. Turns are fused by the inverse of these (the best linear
-unbiased estimate of two independent measurements; Maybeck, Stochastic Models, Estimation, and Control, 1979,
-section 1.5).
+A gyroscope has a drifting bias, and sometimes other faults: it is dead, reports degrees, is mounted upside
+down, or is read so rarely that it misses turns. Wheels slip. Where the scans show the turn, both are compared
+with it, segment by segment. A robust fit yields the scale and bias of the gyroscope; the remaining errors of
+both are their variances. Turns are fused by inverse variance (the best linear unbiased estimate of two
+independent measurements; Maybeck, Stochastic Models, Estimation, and Control, 1979, section 1.5).
 """
 
 from collections import deque
@@ -19,90 +18,89 @@ from numpy.typing import ArrayLike, NDArray
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 
 MAX_SCALE_ERROR = 0.15
-"""Share by which the scale may be off: more is no gyroscope of this car, or one in other units or about
-another axis. By judgement: data sheets allow 3 %; the rest is for turns that slow ones lose."""
+"""Maximum relative error of the scale. More means a gyroscope of another device, in other units or about
+another axis. Chosen by judgement: data sheets allow 3 %; the rest is for turns that slow ones miss."""
 
 FloatOrArray = TypeVar("FloatOrArray", float, NDArray[np.float64])
 
 _ITERATIONS = 8
-"""Of reweighted least squares: more than enough, because weights change little after the first few."""
+"""Reweighted least squares iterations: ample, because weights change little after the first few."""
 _VARIANCE_PER_MEDIAN = 2.198
-"""Variance of a Gaussian over the median of its squared deviations, by definition of its quantiles."""
+"""Ratio of a Gaussian's variance to its median squared deviation, by definition of its quantiles."""
 _LOSS_WIDTH = 2.385
 """Width of the Cauchy loss in standard deviations, for 95 % efficiency on Gaussian errors (Holland and
 Welsch, 1977)."""
 _WORST = 5.0
-"""Standard deviations as which a miss counts at most in a variance: slips count, but one lost scan among them
-does not say all. By judgement, since nothing shows which is which."""
+"""Standard deviations at which an error is capped in a variance: slip counts, but a single lost scan does not
+dominate. Chosen by judgement, since nothing distinguishes the two."""
 _SEGMENT_SECONDS = 1.0
-"""Seconds of drive, at least, over which turns are compared, because over much less the jitter of single
-scans hides what is compared."""
+"""Minimum seconds of drive over which turns are compared, because over much less the jitter of single scans
+hides the difference."""
 _SEGMENTS = 300
-"""Segments that are remembered. By judgement: some minutes of driving, over which a bias stays what it is."""
+"""Segments kept. Chosen by judgement: a few minutes of driving, over which a bias stays constant."""
 _MEMORY = 150.0
-"""Segments after which one counts a third, since the bias drifts as the chip warms."""
+"""Segments after which the weight of one falls to a third, since the bias drifts as the chip warms up."""
 _SCAN_NOISE = 0.005
-"""Standard deviation, in radians, of a turn that scans show, as two matched headings have it. By judgement:
-0.2° each, which laser scans of a room reach."""
+"""Standard deviation, in radians, of a turn between two matched headings. Chosen by judgement: 0.2° each,
+which laser scans of a room reach."""
 _BIAS_SIGMA = 0.1
-"""Standard deviation of a gyroscope's bias, rad/s, before it is learned. By judgement: 6 °/s; the data sheet
-of the MPU-6050 allows 20 °/s, most are far below."""
+"""Prior standard deviation of a gyroscope's bias, rad/s. Chosen by judgement: 6 °/s; the data sheet of the
+MPU-6050 allows 20 °/s, most are far below."""
 _SCALE_SIGMA = 0.3
-"""Standard deviation of a gyroscope's scale before it is learned. Chosen by judgement: so wide that
-degrees and a wrong sign show as such."""
+"""Prior standard deviation of a gyroscope's scale. Chosen by judgement: wide enough to recognize degrees and
+a wrong sign."""
 _KNOWN_SCALE = 0.05
-"""Largest standard deviation of the scale with which a gyroscope that was tried is believed, since one that
-stays at rest while the car turns leaves it unknown."""
+"""Largest standard deviation of the scale at which a tested gyroscope is trusted, since one that reports no
+motion while the car turns leaves it unknown."""
 _UNSEEN_TURN = 0.2
-"""Radians, beyond what a bias makes, that the gyroscope must have turned while wheels that never reported the
-least turn reported none, so that they do not know turns."""
+"""Radians in excess of any bias that the gyroscope must turn while the wheels report none. Wheels that have
+never reported a turn are then ignored for turns, since they cannot measure them."""
 _TURN_UNTIL_TRIED = 2.0
-"""Radians that the car must have turned, to and fro, until the gyroscope counts as tried. By judgement: a
-bend or two."""
+"""Radians of absolute turn after which the gyroscope counts as tested. Chosen by judgement: a bend or two."""
 _MIN_SEGMENTS = 5
-"""Segments until the gyroscope may count as tried, since a spread of fewer says little."""
+"""Minimum number of segments for a tested gyroscope, since the spread of fewer is not meaningful."""
 _METRE_EXPOSURE = 0.3
-"""Radians of turn that put wheels to as much of a test as a metre of driving. By judgement: calibrated wheels
-err by some per cent of a turn and by a degree in some metres."""
+"""Radians of turn that cause the same wheel error as a metre of driving. Chosen by judgement: calibrated
+wheels err by some per cent of a turn and by a degree in several metres."""
 _STANDING_EXPOSURE = 1e-6
-"""The same of a second in which the wheels stand: next to nothing, since a car that stands does not turn;
-wheels that stand while the car turns are found out by it at once."""
+"""The same for a second in which the wheels stand: almost zero, since a standing car does not turn. Wheels
+that stand while the car turns are detected by it at once."""
 _SECOND_EXPOSURE = 0.1
-"""Radians of turn that put a gyroscope to as much of a test as a second, because it errs by per cents of a
-turn, and by what is left of its bias."""
+"""Radians of turn that cause the same gyroscope error as a second, because it errs by per cents of a turn,
+and by its remaining bias."""
 _MIN_VARIANCE = 1e-6
-"""Least variance of a turn, square radians per radian of exposure, since no comparison shows less: 0.06°
+"""Least variance of a turn, square radians per radian of exposure, since no comparison is more precise: 0.06°
 after a radian."""
 
 
 @dataclass(frozen=True)
 class TurnModel:
-    """What is known of wheels and gyroscope; replaced as a whole, so that any thread may read it."""
+    """State of wheels and gyroscope; replaced as a whole, so that any thread may read it."""
 
     is_believed: bool = False
-    """Whether the gyroscope has proven to measure the turns of this car."""
+    """Whether the gyroscope has proven to measure this car's turns."""
     is_contradicted: bool = False
     """Whether it has proven not to."""
     scale: float = 1.0
-    """Of the turns that the gyroscope reports, the factor to true ones."""
+    """Factor from reported to true turns of the gyroscope."""
     bias: float = 0.0
-    """Radians per second that are left to subtract after that."""
+    """Radians per second to subtract after scaling."""
     gyro_variance: float = 0.01
-    """Square radians per radian of exposure; at first by judgement, because nothing is known."""
+    """Square radians per radian of exposure. The initial value is chosen by judgement."""
     wheel_variance: float = nan
     wheels_are_blind: bool = False
-    """Whether they report not the least turn, however the gyroscope turns."""
+    """Whether the wheels report no turn at all, however much the gyroscope turns."""
     agrees_with_wheels: bool = False
-    """Whether the gyroscope turns as far as the wheels do."""
+    """Whether the gyroscope turns as much as the wheels do."""
 
     @property
     def is_used(self) -> bool:
-        """Whether the turns of the gyroscope count: proven, or the only ones and not refuted."""
+        """Whether the gyroscope's turns are used: proven, or the only ones and not refuted."""
         return self.is_believed or (self.wheels_are_blind and not self.is_contradicted)
 
     @property
     def figures(self) -> dict[str, float | bool]:
-        """What was learned, for reports: angles in radians, variances per radian of exposure."""
+        """The learned values for reports: angles in radians, variances per radian of exposure."""
         return {
             "is_used": self.is_used,
             "scale": self.scale,
@@ -113,7 +111,7 @@ class TurnModel:
 
     @property
     def contradiction(self) -> str | None:
-        """What is wrong with a gyroscope that the scans contradict, as a sentence for people."""
+        """What is wrong with a gyroscope that the scans contradict, as a sentence for the user."""
         if not self.is_contradicted:
             return None
         if self._scales_by(-1.0):
@@ -131,7 +129,7 @@ class TurnModel:
 
     @property
     def remedy(self) -> str:
-        """What to do about the contradiction, as a sentence for people."""
+        """How to fix the contradiction, as a sentence for the user."""
         if self._scales_by(-1.0) or self._scales_by(radians(1.0)):
             return "Correct the driver, or publish where the IMU sits on /tf_static."
         if self.agrees_with_wheels:
@@ -145,17 +143,17 @@ class TurnModel:
         return abs(self.scale / plain - 1.0) < MAX_SCALE_ERROR
 
     def by_gyro(self, gyro_turn: FloatOrArray, seconds: FloatOrArray) -> FloatOrArray:
-        """The turn in so many seconds, from what the gyroscope measured."""
+        """The turn over ``seconds``, from the measurement of the gyroscope."""
         return self.scale * gyro_turn - self.bias * seconds
 
     def variance_by_gyro(self, turn: float, seconds: float) -> float:
-        """Square radians by which that errs."""
+        """Variance of that turn in square radians."""
         return self.gyro_variance * _gyro_exposure(turn, seconds)
 
     def fused(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
-        """Steps (..., 3) of the base by its wheels, with the turns that wheels and gyroscope measured.
+        """Wheel steps (..., 3) of the base, with the turns of wheels and gyroscope fused.
 
-        ``gyro_turns`` (...) are as measured, NaN where it did not, and so many ``seconds`` (...) passed.
+        ``gyro_turns`` (...) are as measured, NaN if missing; the steps took ``seconds`` (...).
         """
         if not self.is_used:
             return steps
@@ -165,7 +163,7 @@ class TurnModel:
         return turned_more(fused, np.where(np.isnan(gained), 0.0, gained))
 
     def wheel_share(self, steps: Pose, turns_by_gyro: ArrayLike, seconds: ArrayLike) -> NDArray[np.float64]:
-        """Weights (...) of what the wheels say of the turn in steps (..., 3), 0 to 1."""
+        """Weights (...) of the wheels, 0 to 1, in the turn of steps (..., 3)."""
         if self.wheels_are_blind:
             return np.zeros(np.shape(turns_by_gyro))
         seconds, turns_by_gyro = np.asarray(seconds), np.asarray(turns_by_gyro)
@@ -177,9 +175,9 @@ class TurnModel:
 
 
 def turned_more(steps: Pose, turns: ArrayLike) -> Pose:
-    """Steps (..., 3) of a car that turned by so many radians (...) more.
+    """Steps (..., 3) of a car that turned by additional radians (...).
 
-    It is taken to have gone along an arc, whose chord deviates from its start by half the turn.
+    The car is assumed to follow an arc, whose chord deviates from its start by half the turn.
     """
     turns = np.asarray(turns)
     cos, sin = np.cos(0.5 * turns), np.sin(0.5 * turns)
@@ -193,18 +191,18 @@ class TurnFusion:
     def __init__(self) -> None:
         self.model = TurnModel()
         self._segments: deque[NDArray[np.float64]] = deque(maxlen=_SEGMENTS)
-        """(5,) each: seconds; turn by the scans, by the gyroscope and by the wheels; metres by the wheels.
-        The last two are NaN where these were silent."""
+        """(5,) each: seconds; turns by scans, gyroscope and wheels; metres by the wheels. The last two are
+        NaN if these did not report."""
         self._segment = np.zeros(5)
         self._unseen_turn = 0.0
-        """Radians by the gyroscope of which the wheels reported nothing; -inf once they reported any."""
+        """Radians by the gyroscope while the wheels reported none; -inf once they have reported any."""
 
     def start_anew(self) -> None:
-        """The next turn does not continue the last one."""
+        """Start a new segment: the next turn does not continue the last one."""
         self._segment = np.zeros(5)
 
     def watch(self, wheel_step: Pose, gyro_turn: float, seconds: float) -> None:
-        """Take in a step (3,) by the wheels as it is: some drivers know distances only."""
+        """Add a raw wheel step (3,), to detect drivers that report distances only."""
         if wheel_step[2] != 0.0:
             self._unseen_turn = -np.inf
         elif not isnan(gyro_turn):
@@ -214,9 +212,9 @@ class TurnFusion:
             self.model = replace(self.model, wheels_are_blind=are_blind)
 
     def follow(self, seconds: float, turn: float, gyro_turn: float, wheel_step: Pose | None) -> None:
-        """Take in a step of so many seconds, in which the scans show a ``turn`` in radians.
+        """Add a step of this many seconds, in which the scans show a ``turn`` in radians.
 
-        ``gyro_turn`` is as measured, NaN where it did not; ``wheel_step`` (3,) without the systematic errors.
+        ``gyro_turn`` is as measured, NaN if missing; ``wheel_step`` (3,) without the systematic errors.
         """
         if isnan(gyro_turn) or not 0.0 < seconds < np.inf:
             self.start_anew()
@@ -269,14 +267,14 @@ class TurnFusion:
 
 
 def _gyro_exposure(turns: FloatOrArray, seconds: FloatOrArray) -> FloatOrArray:
-    """Radians (...) to which errors of a gyroscope are proportional."""
+    """Radians (...) that the errors of a gyroscope are proportional to."""
     return abs(turns) + _SECOND_EXPOSURE * seconds
 
 
 def _wheel_exposure(
     turns: NDArray[np.float64], metres: NDArray[np.float64], seconds: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Radians (...) to which errors of wheels are proportional."""
+    """Radians (...) that the errors of wheels are proportional to."""
     return np.abs(turns) + _METRE_EXPOSURE * metres + _STANDING_EXPOSURE * seconds
 
 
@@ -288,10 +286,10 @@ def _are_alike(turns: NDArray[np.float64], others: NDArray[np.float64]) -> bool:
 def _variance(
     missed: NDArray[np.float64], exposure: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> float:
-    """Square radians per exposure (N,), of turns that missed those of the scans by so many radians (N,).
+    """Square radians per exposure (N,), of turns that ``missed`` those of the scans by radians (N,).
 
-    The mean of squares without what the scans' own noise makes, in which no miss counts as more than some
-    standard deviations that the median shows.
+    The mean square error minus the scans' own noise, with each error capped at some standard deviations as
+    estimated from the median.
     """
     if len(missed) == 0:
         return nan

@@ -1,7 +1,7 @@
 """The turn between two scans, where no wheels report it.
 
-A car may suddenly turn by ten degrees between two scans. Registration that starts without that turn sticks in
-a wrong minimum and goes on without it; so correlative scan matching looks for the turn first.
+A car may suddenly turn by ten degrees between two scans. Registration that starts without that turn gets
+stuck in a wrong minimum. So correlative scan matching finds the turn first.
 """
 
 import numpy as np
@@ -11,27 +11,27 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.sensors.matching.correlative_search import LikelihoodPyramid, Window, search
 
 _MAX_TURN = 0.5
-"""Radians to each side that are searched. By judgement: a car turns by ten degrees between two scans at
-times, which fr079 showed."""
+"""Search range in radians to each side. Chosen by judgement: a car sometimes turns by ten degrees between two
+scans, as fr079 showed."""
 _PREDICTED_TURN = 0.02
-"""Radians within which a turn counts as the predicted one. By judgement: a step and a half of the search."""
+"""Radians within which a turn counts as the predicted one. Chosen by judgement: 1.5 steps of the search."""
 _REACH = 0.2
-"""Metres to each side that are searched, since the prediction may be off by them."""
+"""Search range in metres to each side, since the prediction may be off by this much."""
 _MIN_GAIN = 1.1
-"""How many times better another turn must fit than the predicted one. By judgement: noise gains some per
-cent."""
+"""Factor by which another turn must score better than the predicted one. Chosen by judgement: noise gains a
+few per cent."""
 _MIN_SCORE = 0.3
-"""Least mean likelihood of a turn that is taken. By judgement: a third of the points on walls."""
+"""Minimum mean likelihood of an accepted turn. Chosen by judgement: a third of the points on walls."""
 _RADIUS = 15.0
-"""Metres of sight that are used. By judgement: far walls show a turn too, but slow the search."""
+"""Maximum range of points, metres. Chosen by judgement: far walls show a turn too, but slow the search."""
 _MIN_POINTS = 30
-"""Points of a scan below which it shows no turn, since few fit anywhere."""
+"""Minimum points of a scan to determine a turn, since a few fit anywhere."""
 _MAX_POINTS = 200
-"""Points that are searched with, by judgement: more take longer and show no other turn."""
+"""Maximum points used in the search. Chosen by judgement: more take longer and find no other turn."""
 
 
 def with_turn_seen(last: NDArray[np.float64], points: NDArray[np.float64], motion: Pose) -> Pose:
-    """A predicted ``motion`` (3,), with another turn where a scan then fits the last one clearly better.
+    """The predicted ``motion`` (3,), with another turn if the scan then fits the last one clearly better.
 
     The distance stays as predicted: along a bare corridor the scans fit anywhere.
 

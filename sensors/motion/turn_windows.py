@@ -1,4 +1,4 @@
-"""Turns over short stretches of time, as the scans and as another sensor with another clock have them."""
+"""Turns over short windows of time, measured by the scans and by another sensor with its own clock."""
 
 from typing import NamedTuple
 
@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 _MIN_TURN = 0.05
-"""Radians that both must turn in a window to tell of a lag. By judgement: three degrees; noise shows none,
-nor a turn by hand of which the wheels know nothing."""
+"""Minimum radians that both must turn in a window to constrain the lag. Chosen by judgement: three degrees,
+above noise; it also excludes a turn by hand that the wheels do not measure."""
 
 
 class TurnWindows(NamedTuple):
-    """W stretches that overlap, each from one scan to a later one, beside L lags of the other's clock."""
+    """W overlapping windows, each from one scan to a later one, at L lags of the other sensor's clock."""
 
     begins: NDArray[np.int64]
     """(W,) indices of scans, ascending."""
@@ -19,27 +19,27 @@ class TurnWindows(NamedTuple):
     turns: NDArray[np.float64]
     """(W,) radians by the scans."""
     by_other: NDArray[np.float64]
-    """(L, W) the same by the other sensor, read at each lag."""
+    """(L, W) radians by the other sensor, read at each lag."""
     is_covered: NDArray[np.bool_]
-    """(L, W) whether it has samples for that."""
+    """(L, W) whether the other sensor has samples for the window."""
 
     @property
     def scans_apart(self) -> float:
-        """How many scans a window spans on average, and so how often each turn is counted."""
+        """Mean number of scans that a window spans, and so how often each turn is counted."""
         return float(np.mean(self.ends - self.begins)) if len(self.begins) else 1.0
 
     @property
     def turned(self) -> float:
-        """Radians that the scans turned, to and fro."""
+        """Absolute radians that the scans turned."""
         return float(np.abs(self.turns).sum()) / self.scans_apart
 
     def turning(self) -> "TurnWindows":
-        """Those in which both turn."""
+        """The windows in which both turn."""
         by_both = np.minimum(np.abs(self.turns), np.abs(self.by_other).max(axis=0, initial=0.0))
         return self.chosen(by_both > _MIN_TURN)
 
     def chosen(self, which: NDArray[np.bool_]) -> "TurnWindows":
-        """Those of them (W,)."""
+        """The windows selected by a mask (W,)."""
         return TurnWindows(
             self.begins[which],
             self.ends[which],
@@ -56,10 +56,10 @@ def turn_windows(
     length: float,
     max_length: float,
 ) -> TurnWindows:
-    """From each scan on, over ``length`` seconds or a little more, but no gap of ``max_length``.
+    """Windows from each scan on, over at least ``length`` seconds, without those of ``max_length`` or more.
 
     Scans and the other sensor are stamps, nanoseconds ascending, and headings, radians that do not wrap; a
-    lag (L,) in nanoseconds is how much later than scans the other is stamped.
+    lag (L,) in nanoseconds is how much later than the scans the other sensor is stamped.
     """
     (stamps, headings), (other_stamps, other_headings) = scans, other
     ends = np.searchsorted(stamps, stamps + round(length * 1e9))

@@ -1,24 +1,24 @@
-"""The points of a cloud that stand upright: walls, posts, furniture; neither floors nor ceilings."""
+"""Selects the upright points of a cloud, such as walls, posts and furniture, but not floors or ceilings."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 _COLUMN = 0.25
-"""Side of the columns in which heights are compared, metres. By judgement: scan odometry's voxel."""
+"""Side of the columns in which heights are compared, metres. Chosen by judgement: scan odometry's voxel."""
 _MAX_GAP = 1.5
-"""Metres of height without a point between floor and ceiling, which are then two things. By judgement: more
-than the rows of a laser leave on a wall, less than a storey."""
+"""Metres of height without a point that separate floor from ceiling. Chosen by judgement: more than the
+spacing of a laser's rows on a wall, less than a storey."""
 _MARGIN = 0.1
-"""Metres above the lowest and below the highest point of a column that may still be floor or ceiling. By
-judgement: noise, and the slope of a floor across a column."""
+"""Metres above the lowest and below the highest point of a column that may still be floor or ceiling. Chosen
+by judgement: noise, and the slope of a floor across a column."""
 
 
 def upright_points(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Those of points (N, 3), in metres with z up, that have others well below and well above them.
+    """The points (N, 3), in metres with z up, that have others well below and well above them.
 
-    The rows of a spinning sensor draw rings on floors and ceilings that move along with it, so points matched
-    to their nearest neighbours there suggest that the sensor stands still. In a column of space a floor and
-    a ceiling show as two heights, far apart; what stands upright shows as many.
+    The rows of a spinning sensor draw rings on floors and ceilings that move with it. Matching these points
+    to their nearest neighbours suggests that the sensor stands still. In a column of space a floor and a
+    ceiling show up as two heights, far apart; an upright surface shows up as many.
     """
     column = np.floor(points[:, :2] / _COLUMN)
     order = np.lexsort((points[:, 2], column[:, 1], column[:, 0]))

@@ -1,10 +1,10 @@
-"""The laser's motion since the last keyframe where no wheels report it, by scans and by its velocity.
+"""Estimates the laser's motion since the last keyframe without wheels, from scans and its velocity.
 
 Along an arc or a bare corridor scans hardly constrain the motion, and registration alone comes to a stop
-there. But a car cannot change its velocity much between scans that come often. So a Kalman filter predicts
-it, with white noise for its acceleration [Bar-Shalom, Li and Kirubarajan, Estimation with Applications to
-Tracking and Navigation, 2001, section 6.2.2]; its measurement is a match of each scan with the last
-keyframe, for which the prediction is the prior.
+there. But a car cannot change its velocity much between frequent scans. So a Kalman filter predicts it, with
+white noise as its acceleration [Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and
+Navigation, 2001, section 6.2.2]. Its measurement is a match of each scan with the last keyframe, with the
+prediction as the prior.
 """
 
 from typing import NamedTuple
@@ -20,40 +20,38 @@ from racecar.sensors.motion.deskew import by_velocity, deskew, seen_by
 from racecar.sensors.scan import Scan
 
 _ROUNDING = 1e-6 * np.eye(3)
-"""Square metres and radians that each match adds, because it ends where steps are short, not where they are
+"""Square metres and radians added per match, because it ends where steps are short, not where they are
 zero."""
 _MAX_INTERVAL = 0.25
-"""Seconds between two scans beyond which a velocity predicts too little. Measured: serves lasers of five
-scans a second (pytest tests/simulated/test_hard_places.py)."""
+"""Maximum seconds between two scans for which the velocity is a useful prediction. Measured: serves lasers of
+five scans a second (pytest tests/simulated/test_hard_places.py)."""
 _ACCELERATION = np.diag([3.0, 1.0, 6.0]) ** 2
 """(3, 3) spectral density of the white noise in forward and sideways acceleration (m/s², over a second) and
-angular acceleration (rad/s²): what velocity gains in a second, squared. By judgement: what a race car
-does."""
+angular acceleration (rad/s²): the velocity gained in a second, squared. Chosen by judgement: a race car."""
 _INITIAL_VELOCITY = np.diag([2.0, 0.5, 2.0]) ** 2
-"""(3, 3) covariance of the velocity at the start: m/s, m/s, rad/s. By judgement: of a race car."""
+"""(3, 3) covariance of the initial velocity: m/s, m/s, rad/s. Chosen by judgement: a race car."""
 _INITIAL_PLACE = np.diag([0.02, 0.02, 0.02]) ** 2
-"""(3, 3) covariance of the place at the start: m, m, rad. By judgement: a scan match's."""
+"""(3, 3) covariance of the initial pose: m, m, rad. Chosen by judgement: a scan match."""
 _SCAN_ODOMETRY = np.diag([0.5, 0.5, 0.25]) ** 2
-"""(3, 3) covariance of what scan odometry tells of a step since the keyframe: m, m, rad. So wide that it
-decides only where scan matches leave a direction open, since aces without wheels showed the need."""
+"""(3, 3) covariance of scan odometry's step since the keyframe: m, m, rad. So wide that it matters only where
+scan matches leave a direction unconstrained, which aces without wheels showed to be necessary."""
 _MIN_OVERLAP = 0.2
-"""Share of points that must match the keyframe for a scan to be followed. By judgement: fewer match by
-chance."""
+"""Minimum share of points that must match the keyframe. Chosen by judgement: fewer match by chance."""
 _MAX_SURPRISE = 40.0
-"""Squared Mahalanobis distance between prediction and match beyond which the filter starts again. By
-judgement: by the chi-square distribution of three dimensions 16 is exceeded once in a thousand times, but
+"""Squared Mahalanobis distance between prediction and match above which the filter restarts. Chosen by
+judgement: under the chi-square distribution of three dimensions 16 is exceeded once in a thousand times, but
 accelerations have heavier tails."""
 _TRUSTED_AFTER = 10.0
-"""Scans that must have been followed until it is trusted. By judgement: by then the velocity has settled."""
+"""Scans to follow before the filter is trusted. Chosen by judgement: by then the velocity has converged."""
 _FULL_INTERVAL = 0.05
-"""Seconds between two scans from which one counts in full towards that; sooner ones count in proportion,
-because velocities are wrong where stamps come in bunches."""
+"""Seconds between two scans above which a scan counts fully towards that. More frequent ones count in
+proportion, because velocities are wrong where stamps come in bunches."""
 _NOTHING_SEEN = PreparedScan(np.zeros((0, 2), dtype=np.float32), np.zeros((0, 2), dtype=np.float32))
-"""The keyframe before the first, which by definition shows no point."""
+"""The keyframe before the first, which has no points by definition."""
 
 
 class TurnMeasured(NamedTuple):
-    """What a gyroscope says of the time between two scans."""
+    """The motion that a gyroscope measured between two scans."""
 
     turn: float
     """Radians."""
@@ -62,11 +60,11 @@ class TurnMeasured(NamedTuple):
     rate_in_sweep: float
     """Radians per second while the scan was taken."""
     base_from_laser: Pose
-    """(3,) the mount of the laser that is followed."""
+    """(3,) mount of the laser that is followed."""
 
 
 class VelocityFilter:
-    """Follows the laser from scan to scan; the frame of everything is the laser's own, where it is now."""
+    """Follows the laser from scan to scan; everything is in the current frame of the laser."""
 
     def __init__(self) -> None:
         self.keyframe_from_laser: Pose = IDENTITY
@@ -85,7 +83,7 @@ class VelocityFilter:
         return self._followed >= _TRUSTED_AFTER
 
     def begin(self, stamp: int, keyframe_from_laser: Pose, velocity: Pose) -> None:
-        """Begin anew at a scan, at a place (3,) and with a velocity (3,) that others estimate."""
+        """Restart at a scan, with a pose (3,) and velocity (3,) estimated elsewhere."""
         self._stamp, self.keyframe_from_laser, self.velocity = stamp, keyframe_from_laser, velocity
         self._covariance = np.zeros((6, 6))
         self._covariance[:3, :3] = _INITIAL_PLACE
@@ -93,17 +91,17 @@ class VelocityFilter:
         self._followed = 0.0
 
     def start_keyframe(self, keyframe: PreparedScan, mount: Pose | None = None) -> None:
-        """The present scan is the keyframe from here on; ``mount`` as in `advance`."""
+        """Make the current scan the keyframe; ``mount`` as in `advance`."""
         self._keyframe_mount = IDENTITY if mount is None else mount
         self._keyframe, self.keyframe_from_laser = keyframe, IDENTITY
         self._covariance[:3, :] = self._covariance[:, :3] = 0.0
 
     def advance(self, scan: Scan, mount: Pose | None = None, turned: TurnMeasured | None = None) -> bool:
-        """Follow the laser to the next scan; one of another laser, mounted at ``mount`` (3,) seen from it,
-        tells of the motion too, and so may a gyroscope.
+        """Follow the laser to the next scan, which may be of another laser at ``mount`` (3,) in the frame of
+        this one; a gyroscope may add its turn.
 
-        False where that fails, and then it has to begin anew: the scan came late, or it does not lie where
-        any likely velocity could have taken it.
+        Returns False if that fails, and the filter then has to restart: the scan came late, or no likely
+        velocity explains its match.
         """
         followed, self._followed = self._followed, 0.0
         seconds = (scan.stamp - self._stamp) * 1e-9
@@ -115,7 +113,7 @@ class VelocityFilter:
         covariance = self._predicted_covariance(seconds, is_turn_known=turned is not None)
         if turned is not None:
             self._set_rate(turned.rate_in_sweep, turned.base_from_laser)
-        # A sweep shows where the laser was in its middle, however wrongly it was corrected for the motion.
+        # A sweep determines the laser's pose at its mid-time, however wrongly it was corrected for motion.
         middle = _middle_of(scan)
         observes = np.hstack([np.eye(3), middle * np.eye(3)])
         spread = observes @ covariance @ observes.T
@@ -136,10 +134,10 @@ class VelocityFilter:
         return True
 
     def observe(self, keyframe_from_laser: Pose) -> None:
-        """Take the place (3,) that scan odometry estimates.
+        """Add the pose (3,) estimated by scan odometry.
 
-        Along a bare corridor the filter goes on at its velocity, even when the car stops; door frames and
-        lone points there, which matches of lines leave out, still show in scan odometry.
+        Along a bare corridor the filter keeps its velocity even when the car stops. Door frames and lone
+        points there are left out of line matching, but still affect scan odometry.
         """
         spread = self._covariance[:3, :3] + _SCAN_ODOMETRY
         gain = self._covariance[:, :3] @ _inverse(spread)
@@ -149,13 +147,13 @@ class VelocityFilter:
         self.velocity = self.velocity + correction[3:]
 
     def _take_turn(self, rate: float, variance: float, base_from_laser: Pose) -> None:
-        """The rate of turn is measured and not estimated: the filter takes it as an input."""
+        """The rate of turn is measured, not estimated: it is an input of the filter."""
         self._set_rate(rate, base_from_laser)
         self._covariance[5, :] = self._covariance[:, 5] = 0.0
         self._covariance[5, 5] = variance
 
     def _set_rate(self, rate: float, base_from_laser: Pose) -> None:
-        """A laser that does not sit where the car turns about moves sideways as it turns."""
+        """A laser away from the car's centre of rotation moves sideways as the car turns."""
         lever = inverse(base_from_laser)[:2]  # from the laser to the base
         gained = rate - self.velocity[2]
         self.velocity = self.velocity + gained * np.array([lever[1], -lever[0], 1.0])
@@ -163,8 +161,8 @@ class VelocityFilter:
     def _match(
         self, scan: Scan, middle: float, expected: Pose, known: NDArray[np.float64], mount: Pose | None
     ) -> Matches:
-        """Where the laser was in the middle of a sweep, ``middle`` seconds after its stamp; it is
-        ``expected`` (3,) with the information ``known`` (3, 3)."""
+        """Pose of the laser at the mid-time of a sweep, ``middle`` seconds after its stamp, which is
+        ``expected`` (3,) with information ``known`` (3, 3)."""
         motion = seen_by(mount, by_velocity(self.velocity))
         points = transform_points(inverse(motion(np.array([middle]))[0]), deskew(scan, motion))
         scans = ScanStore(2)
@@ -175,10 +173,9 @@ class VelocityFilter:
         return match(expected[None], pairings, scans, scans, prior_information=prior)
 
     def _predicted_covariance(self, seconds: float, *, is_turn_known: bool) -> NDArray[np.float64]:
-        """The covariance (6, 6) of place and velocity so many seconds later; a known turn does not
-        accelerate.
+        """Covariance (6, 6) of pose and velocity after this many seconds; a known turn does not accelerate.
 
-        The rotation of the frame meanwhile, by a few hundredths of a radian, is neglected.
+        The rotation of the frame in that time, a few hundredths of a radian, is neglected.
         """
         transition = np.eye(6)
         transition[:3, 3:] = seconds * np.eye(3)
@@ -193,7 +190,7 @@ class VelocityFilter:
 
 
 def _middle_of(scan: Scan) -> float:
-    """Seconds after the stamp, of the returns."""
+    """Mean time of the returns in seconds after the stamp."""
     offsets = scan.time_offsets[scan.is_return]
     return float(offsets.mean()) if len(offsets) else 0.0
 
