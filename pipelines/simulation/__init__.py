@@ -1,1 +1,1 @@
-"""A simulated car that drives a map by itself."""
+"""A simulated car that drives through a map by itself."""

@@ -1,4 +1,4 @@
-"""The simulated car: what its body, engine and steering can do."""
+"""The simulated car: limits of its body, motor and steering."""
 
 import math
 from dataclasses import dataclass
@@ -6,26 +6,26 @@ from dataclasses import dataclass
 import numpy as np
 
 WHEELBASE = 0.33
-"""Metres, of a car at a scale of 1:10 as the course has it."""
+"""Metres; a car at a scale of 1:10, as in the course."""
 MAX_STEERING = 0.4
-"""Radians; the turning radius is then 0.78 m."""
+"""Radians; the minimum turning radius is then 0.78 m."""
 MAX_STEERING_RATE = 3.2
-"""Radians per second, of a servo that goes from lock to lock in a quarter of a second."""
+"""Radians per second; a servo that goes from lock to lock in a quarter of a second."""
 MAX_ACCELERATION = 3.0
 MAX_BRAKING = 4.0
-"""m/s²; what motor and brakes do."""
+"""m/s²; the limit of motor and brakes."""
 MAX_SIDE_ACCELERATION = 6.0
-"""m/s²; what the tyres hold in a bend."""
+"""m/s²; the limit of the tyres in a bend."""
 
 BODY_CENTERS = np.array([[0.0, 0.0], [0.3, 0.0]])
-"""Two discs on the car's axis that cover its body, metres; base_link is in the middle of the rear axle."""
+"""Metres, centres of two discs that cover the car's body; base_link is at the rear axle's centre."""
 BODY_RADIUS = 0.2
 """Metres, of each disc."""
 
 
 @dataclass
 class Car:
-    """A kinematic bicycle: the pose of the rear axle's middle, moved by speed and steering."""
+    """A kinematic bicycle model: the pose of the rear axle's centre, driven by speed and steering."""
 
     x: float
     y: float
@@ -39,7 +39,7 @@ class Car:
         return self.speed * math.tan(self.steering) / WHEELBASE
 
     def move(self, wanted_speed: float, wanted_steering: float, seconds: float) -> None:
-        """Go on for a short time towards the wanted speed (m/s) and steering angle, along an exact arc."""
+        """Move along an exact arc, with speed (m/s) and steering angle (rad) approaching the wanted ones."""
         rate = MAX_BRAKING if abs(wanted_speed) < abs(self.speed) else MAX_ACCELERATION
         self.speed = _towards(wanted_speed, self.speed, rate * seconds)
         wanted_steering = min(max(wanted_steering, -MAX_STEERING), MAX_STEERING)
@@ -52,8 +52,8 @@ class Car:
 
 
 def steering_for(speed: float, turning_speed: float) -> float:
-    """The angle (rad) at which a car of that speed (m/s) turns so fast (rad/s); it may be more than the
-    steering allows. A car that stands steers as far as it can."""
+    """Steering angle (rad) for a speed (m/s) and turning speed (rad/s); may exceed the steering's limit. A
+    standing car steers as far as it can."""
     if speed == 0.0:
         return math.copysign(MAX_STEERING, turning_speed) if turning_speed else 0.0
     return math.atan(WHEELBASE * turning_speed / speed)

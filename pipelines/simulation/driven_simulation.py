@@ -1,4 +1,4 @@
-"""A simulated drive that goes on while it is driven: by goals that are clicked, or by hand."""
+"""A simulated drive controlled while it runs: by clicked goals, or by hand."""
 
 import math
 from collections.abc import Iterator
@@ -27,26 +27,26 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
 _SCAN_PERIOD = 0.05
-"""Seconds from a sweep that is used to the next, where the laser turns that fast: 20 a second of the race
-car's 40 leave a laptop time for localizer and mapper."""
+"""Seconds between the sweeps that are used, if the laser turns that fast: 20 a second of the race car's 40
+leave a laptop time for localizer and mapper."""
 _HAND_SECONDS = 0.6
-"""For which steering by hand holds; a page that is closed so stops the car."""
+"""Seconds for which a manual command holds, so that closing the page stops the car."""
 _ROOM_AHEAD, _LANE = 0.9, 0.35
-"""Metres in front of ``base_link``, on top of the way to stop, and to either side, in which a person makes
-the car brake."""
+"""Metres in front of ``base_link``, in addition to the stopping distance, and to either side, in which a
+person makes the car brake."""
 _COVERED_RANGE = 0.0
-"""Metres at which a blocked laser sees what covers it: nearer than it can measure, noise and all."""
+"""Metres measured by a covered laser: less than its minimum range, even with noise."""
 
 
 class Conditions(DrivingConditions):
-    """What can be changed while the drive goes on; also ROS parameters."""
+    """Conditions that can be changed during the drive; also ROS parameters."""
 
     dropped_scans: float = Field(0.0, ge=0.0, le=1.0, description="Share of the scans that never arrive.")
     is_blocked: bool = Field(False, description="Whether something covers the laser.")
 
 
 class DrivenSimulation:
-    """A car in a world; its measurements come as from a bag: a scan follows the odometry that covers it."""
+    """A car in a world; its measurements arrive as from a bag: a scan follows the odometry that covers it."""
 
     def __init__(
         self,
@@ -56,10 +56,10 @@ class DrivenSimulation:
         start: Pose | None = None,
         laser: LaserKind = LaserKind.RACE,
     ) -> None:
-        """``start`` (3,): the car begins near it. Raises UserError when it finds no room in the map."""
+        """``start`` (3,): the car starts near it. Raises UserError when the map has no room for it."""
         self.conditions = conditions
         self.start_ns = START_NS
-        """Nanoseconds, the stamp of the moment when the drive began."""
+        """Nanoseconds, the stamp of the start of the drive."""
         self.laser = LASERS[laser]
         self._sweeps_apart = max(1, round(_SCAN_PERIOD / self.laser.scan_time))
         self._grid = grid
@@ -77,7 +77,7 @@ class DrivenSimulation:
         self._decisions: Iterator[tuple[float, float]] | None = None
         self._wanted = (0.0, 0.0)
         self.planned = np.zeros((0, 2))
-        """(N, 2) the way to the goal."""
+        """(N, 2) the path to the goal."""
         self._trace: list[tuple[float, float, float]] = []
         self._trace_tick = self._sweep_tick = 0
         self._last = self.truth, 0.0, 0.0
@@ -101,26 +101,26 @@ class DrivenSimulation:
 
     @property
     def seconds(self) -> float:
-        """Since the drive began."""
+        """Seconds since the drive began."""
         return self._tick * TICK
 
     @property
     def legs(self) -> NDArray[np.float64]:
-        """(2 * persons, 2) where the walkers' legs stand."""
+        """(2 * walkers, 2) positions of the walkers' legs."""
         return self._legs
 
     @property
     def is_underway(self) -> bool:
-        """Whether the car is on its way to a goal."""
+        """Whether the car is driving to a goal."""
         return self._decisions is not None
 
     @property
     def is_steered(self) -> bool:
-        """Whether the last steering by hand still holds."""
+        """Whether the last manual command still holds."""
         return self._hand is not None and self.seconds < self._hand_until
 
     def change(self, **conditions: Any) -> None:
-        """Other conditions from the next moment on, by name."""
+        """Change conditions, by name, from the next period on."""
         self.conditions = self.conditions.model_copy(update=conditions)
 
     def drive_to(self, goal: NDArray[np.float64]) -> None:
@@ -136,7 +136,7 @@ class DrivenSimulation:
         )
 
     def steer(self, speed: float, steering: float) -> None:
-        """Drive by hand, m/s and radians, for a moment."""
+        """Drive by hand, in m/s and radians, for a moment."""
         self.stop()
         self._hand = speed, steering
         self._hand_until = self.seconds + _HAND_SECONDS
@@ -147,8 +147,8 @@ class DrivenSimulation:
         self.planned = np.zeros((0, 2))
 
     def put_at(self, map_from_base: Pose) -> None:
-        """Carry the car to a pose (3,): neither wheels nor laser notice the way. Raises UserError when it
-        cannot stand there."""
+        """Carry the car to a pose (3,), unnoticed by wheels and laser. Raises UserError when it cannot stand
+        there."""
         if self._room_at(map_from_base) < BODY_RADIUS:
             raise UserError("The car does not fit there; choose free floor.")
         self.stop()
@@ -157,12 +157,12 @@ class DrivenSimulation:
         self._begin_trace()
 
     def kidnap(self) -> None:
-        """Carry the car to anywhere."""
+        """Carry the car to a random place."""
         node = self._generator.choice(np.flatnonzero(self._lattice.reachable))
         self.put_at(self._lattice.poses_of(np.array([node]))[0])
 
     def advance(self, seconds: float) -> list[Measurement]:
-        """Let some time pass; what the sensors say meanwhile."""
+        """Advance the simulation; returns the measurements of that time."""
         self._heed_conditions()
         self._owed += seconds
         measured: list[Measurement] = []
@@ -182,7 +182,7 @@ class DrivenSimulation:
             self._legs = self._walkers.walk(0.0)
 
     def _move(self) -> None:
-        """A period of the odometry, which is one of the driver's decisions."""
+        """Move for one period of the odometry, which is also that of the driver's decisions."""
         speed, steering = self._decide()
         for _ in range(TICKS_PER_DECISION):
             before = self._car.x, self._car.y, self._car.yaw
@@ -218,7 +218,7 @@ class DrivenSimulation:
         return bool(np.any((x * math.copysign(1.0, speed) > 0.0) & (np.abs(x) < reach) & (np.abs(y) < _LANE)))
 
     def _room_at(self, map_from_base: Pose) -> float:
-        """Metres from the body's middle line to the nearest wall."""
+        """Metres from the body's centres to the nearest wall."""
         discs = transform_points(map_from_base, BODY_CENTERS)
         return float(sample_field(self._lattice.clearance, self._grid, discs).min())
 
@@ -232,7 +232,7 @@ class DrivenSimulation:
         return Odometry(self._stamp(self._tick), self._odom_from_base, step / (PERIOD_TICKS * TICK))
 
     def _scans(self) -> list[Scan]:
-        """The sweep that the odometry covers since its last sample, if there is one."""
+        """The sweep newly covered by the last odometry, if any."""
         ticks_of_sweep = math.ceil(self.laser.time_offsets[-1] / TICK) + 1
         if self._tick < self._sweep_tick + ticks_of_sweep:
             return []
@@ -263,7 +263,7 @@ class DrivenSimulation:
         return laser.scan(self._stamp(tick), measured)
 
     def _begin_trace(self) -> None:
-        """Forget the motion so far, of which no sweep may know after the car was carried."""
+        """Discard the motion so far, since no sweep may extend over the moment when the car was carried."""
         self._trace = [(self._car.x, self._car.y, self._car.yaw)]
         self._trace_tick = self._sweep_tick = self._tick
         self._last = self.truth, 0.0, 0.0

@@ -1,4 +1,4 @@
-"""The driver: follows a path by pure pursuit, slows down for bends, changes gear where the path turns back.
+"""The driver: follows a path by pure pursuit, slows down for bends, and changes gear where the path reverses.
 
 R. C. Coulter: Implementation of the Pure Pursuit Path Tracking Algorithm, CMU-RI-TR-92-01, 1992.
 """
@@ -20,35 +20,35 @@ from racecar.pipelines.simulation.path_smoothing import STEP, lengths_along, smo
 TICK = 0.005
 """Seconds between the poses of a drive."""
 TICKS_PER_DECISION = 4
-"""So that the driver steers 50 times a second, as a controller on a car does."""
+"""Ticks between decisions: 50 a second, as for a controller on a car."""
 _REVERSE_SPEED = 0.8
 """m/s."""
 _CREEPING_SPEED = 0.25
-"""m/s, at which the car comes to the end of a leg, which braking alone would never reach."""
+"""m/s at which the car approaches the end of a leg, which it would never reach by braking alone."""
 _SEARCHED = 15
-"""Points of the path, 1.5 m, among which the nearest to the car is looked for: the path may come by again."""
+"""Points of the path, 1.5 m, searched for the one nearest to the car, as the path may come by again."""
 _NEAREST_TARGET, _FARTHEST_TARGET = 0.45, 2.5
-"""Metres ahead on the path, between which pure pursuit aims: nearer it swings, farther it cuts corners."""
+"""Metres ahead to the pure pursuit target: nearer the car oscillates, farther it cuts corners."""
 _LOOK_AHEAD_SECONDS = 0.3
-"""By which the target moves away with the speed."""
+"""Seconds of driving by which the target moves ahead with the speed."""
 _CAUTION = 0.7
-"""Share of what brakes and tyres can do that the driver relies on."""
+"""Share of the limits of brakes and tyres that the driver uses."""
 
 
 @dataclass(frozen=True, eq=False)
 class CarMotion:
-    """How a car moved, every ``TICK`` seconds."""
+    """The motion of a car, every ``TICK`` seconds."""
 
     map_from_base: Pose
     """(N, 3)"""
     speed: NDArray[np.float64]
-    """(N,) m/s, negative backwards."""
+    """(N,) m/s, negative in reverse."""
     turning_speed: NDArray[np.float64]
     """(N,) rad/s."""
 
     @property
     def seconds(self) -> float:
-        """From the first pose to the last."""
+        """Seconds from the first pose to the last."""
         return (len(self.speed) - 1) * TICK
 
 
@@ -59,9 +59,9 @@ class _Leg:
     points: NDArray[np.float64]
     """(N, 2), ``STEP`` apart."""
     speed: NDArray[np.float64]
-    """(N,) allowed at each, m/s."""
+    """(N,) speed limit at each point, m/s."""
     gear: int
-    """1 or -1."""
+    """1 or -1 for reverse."""
 
 
 def drive_route(
@@ -72,7 +72,7 @@ def drive_route(
     rounds: int = 1,
     max_seconds: float = math.inf,
 ) -> CarMotion:
-    """Drive a route a number of times and stop at its end, or drive until the time is over."""
+    """Drive a route ``rounds`` times and stop at its end, or drive until ``max_seconds`` are over."""
     start = route.map_from_base[0]
     car = Car(*start)
     record = [(car.x, car.y, car.yaw, car.speed, car.turning_speed)]
@@ -93,8 +93,8 @@ def follow_route(
     max_speed: float,
     rounds: int = 1,
 ) -> Iterator[tuple[float, float]]:
-    """Wanted speed (m/s) and steering (rad), each for the next `TICKS_PER_DECISION`, until the car has come
-    to the route's end; whoever asks moves the car in between."""
+    """Wanted speed (m/s) and steering (rad), each for the next `TICKS_PER_DECISION`, until the car reaches
+    the end of the route; the caller moves the car in between."""
     for leg in _legs(route, rounds, grid, clearance, max_speed):
         yield from _follow(car, leg)
 
@@ -109,7 +109,7 @@ def _as_drive(record: list[tuple[float, float, float, float, float]]) -> CarMoti
 def _legs(
     route: Route, rounds: int, grid: OccupancyGrid, clearance: NDArray[np.float32], max_speed: float
 ) -> Iterator[_Leg]:
-    """The next leg is smoothed when the car has come to its start: a short drive needs few of them."""
+    """Each leg is smoothed when the car reaches its start, since a short drive needs few of them."""
     points = np.concatenate([route.map_from_base[:1, :2]] + [route.map_from_base[1:, :2]] * rounds)
     backwards = np.concatenate([route.backwards[1:]] * rounds)
     changes = np.flatnonzero(np.diff(backwards)) + 1
@@ -122,12 +122,12 @@ def _legs(
 
 
 def _speed_in_narrow(room: NDArray[np.float32]) -> NDArray[np.float64]:
-    """(N,) m/s at which the driver dares to pass walls at distances (N,)."""
+    """(N,) m/s at which the driver passes walls at distances (N,)."""
     return np.maximum(1.5, 2.0 + 10.0 * (room.astype(np.float64) - 0.45))
 
 
 def _allowed_speed(points: NDArray[np.float64], limit: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N,) what of a limit (N,) the tyres hold in the bends, and the brakes before them and the end."""
+    """(N,) a limit (N,) reduced for the tyres in bends, and for the brakes before bends and the end."""
     along = lengths_along(points)
     ahead, behind = np.minimum(along + 0.4, along[-1]), np.maximum(along - 0.4, 0.0)
     reach = [
@@ -147,7 +147,7 @@ def _allowed_speed(points: NDArray[np.float64], limit: NDArray[np.float64]) -> N
 
 
 def _follow(car: Car, leg: _Leg) -> Iterator[tuple[float, float]]:
-    """Wanted speed and steering, decision by decision, until the car has come to the end of the leg."""
+    """Wanted speed and steering, one decision at a time, until the car reaches the end of the leg."""
     direction = leg.points[-1] - leg.points[-2]
     direction /= np.linalg.norm(direction)
     beyond = leg.points[-1] + direction * STEP * np.arange(1, 40)[:, None]
@@ -172,7 +172,7 @@ def _stop(car: Car) -> Iterator[tuple[float, float]]:
 
 
 def _steering_towards(car: Car, target: NDArray[np.float64]) -> float:
-    """The angle at which the rear axle's arc, forwards or backwards, meets the target."""
+    """Steering angle for which the rear axle's arc, forwards or backwards, meets the target."""
     x, y = target[0] - car.x, target[1] - car.y
     aside = -math.sin(car.yaw) * x + math.cos(car.yaw) * y
     curvature = 2.0 * aside / max(x * x + y * y, 1e-6)

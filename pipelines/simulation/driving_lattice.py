@@ -1,9 +1,9 @@
-"""Where a car can drive in a map: a graph of poses joined by short curves that its steering allows.
+"""Where a car can drive in a map: a graph of poses connected by short curves that its steering allows.
 
-Poses stand on a square lattice with 16 headings, chosen so that a straight line along each of them meets the
-lattice again; the curves between them end exactly on it (a state lattice: M. Pivtoraiko, A. Kelly: Efficient
-Constrained Path Planning via Search in State Lattices, 2005). Each curve can also be driven backwards, so a
-place that can be reached can be left again.
+Poses lie on a square lattice with 16 headings, chosen so that a straight line along each heading hits lattice
+points; the curves between them end exactly on it (a state lattice: M. Pivtoraiko, A. Kelly: Efficient
+Constrained Path Planning via Search in State Lattices, 2005). Each curve can also be driven backwards, so the
+car can leave any place that it can reach.
 """
 
 import heapq
@@ -29,40 +29,40 @@ DIRECTIONS = np.array([
     (1, 0), (2, 1), (1, 1), (1, 2), (0, 1), (-1, 2), (-1, 1), (-2, 1),
     (-1, 0), (-2, -1), (-1, -1), (-1, -2), (0, -1), (1, -2), (1, -1), (2, -1),
 ])  # fmt: skip
-"""(16, 2) the step to the next lattice point along each heading."""
+"""(16, 2) step to the next lattice point along each heading."""
 HEADINGS = np.arctan2(DIRECTIONS[:, 1], DIRECTIONS[:, 0]).astype(np.float64)
 
 PLANNED_CLEARANCE = BODY_RADIUS + 0.12
-"""Metres from the centres of the body's discs to the nearest obstacle: the body, and room to steer since the
-driver follows a path to some centimetres."""
+"""Metres from the centres of the body's discs to the nearest obstacle: the body, and a margin since the
+driver follows a path to within some centimetres."""
 COMFORTABLE_CLEARANCE = 0.8
-"""Metres, beyond which more room makes a path no better."""
+"""Metres beyond which more clearance makes a path no better."""
 MIN_TURNING_RADIUS = 0.9
-"""Metres; the steering allows 0.78, which leaves the driver something to correct with."""
+"""Metres; the steering allows 0.78, which leaves the driver a margin for corrections."""
 SPACING = 0.2
-"""Metres between the places of the lattice."""
+"""Metres between lattice points."""
 MAX_CELLS = 60_000
-"""Beyond this many the lattice is spaced wider."""
+"""Above this number of cells the lattice gets a wider spacing."""
 REVERSE_PENALTY = 4.0
-"""How many times as much a metre costs backwards, so that the car reverses only where it cannot turn."""
+"""Cost factor of a metre in reverse, so that the car reverses only where it cannot turn."""
 _CROWDING, _BENDING = 3.0, 1.05
-"""How much more a metre costs right beside a wall (a share), and by which factor on a curve: by judgement, so
-that the car keeps to the middle of corridors and does not wind."""
+"""Extra cost of a metre right beside a wall (a share), and cost factor of a curve. Chosen by judgement, so
+that the car keeps to the middle of corridors and does not weave."""
 _PER_RADIAN = 0.5
-"""Metres that a radian of heading counts, by judgement: the driver turns that much in as many metres."""
+"""Metres per radian of heading. Chosen by judgement: the driver turns that much in as many metres."""
 _SMALLEST_COMPONENT = 100
-"""Nodes; where the car cannot get to more of them there is no driving."""
+"""Nodes; where the car can reach no more than that, driving is impossible."""
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """From the lattice point (0, 0) at one heading to another at another."""
+    """From the lattice point (0, 0) at one heading to another point and heading."""
 
     offset: tuple[int, int]
     """Rows and columns."""
     end_heading: int
     poses: Pose
-    """(K, 3) in metres along the curve, both ends included."""
+    """(K, 3) in metres along the curve, including both ends."""
     length: float
 
     @property
@@ -73,7 +73,7 @@ class Curve:
 
 @lru_cache(maxsize=64)
 def curves_from(heading: int, spacing: float) -> tuple[Curve, ...]:
-    """The shortest curve for each turn of up to two headings, and for a change of lane to either side."""
+    """The shortest curve for each turn of up to two headings, and for a lane change to either side."""
     chosen: list[Curve] = []
     for turn in (-2, -1, 0, 1, 2):
         curves = _drivable_curves(heading, (heading + turn) % 16, spacing)
@@ -115,7 +115,7 @@ def _drivable_curves(start: int, end: int, spacing: float) -> list[Curve]:
 
 
 def _hermite(end: NDArray[np.float64], start_yaw: float, end_yaw: float) -> tuple[Pose, NDArray[np.float64]]:
-    """Poses (K, 3) and curvature (K,) of the cubic from the origin; its speed is that of a circular arc."""
+    """Poses (K, 3) and curvature (K,) of a cubic from the origin, with the speed of a circular arc."""
     t = np.linspace(0.0, 1.0, 17)[:, None]
     turn = float(wrap_angle(end_yaw - start_yaw))
     speed = np.linalg.norm(end) * (1.0 + turn**2 / 24.0)
@@ -131,12 +131,12 @@ def _hermite(end: NDArray[np.float64], start_yaw: float, end_yaw: float) -> tupl
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """A way that a car can drive."""
+    """A path that a car can drive."""
 
     map_from_base: Pose
     """(N, 3), a few centimetres apart."""
     backwards: NDArray[np.bool_]
-    """(N,) whether the car arrives at the pose in reverse gear."""
+    """(N,) whether the car reaches the pose in reverse gear."""
 
     @property
     def length(self) -> float:
@@ -145,7 +145,7 @@ class Route:
 
     @property
     def is_lap(self) -> bool:
-        """Whether it goes round without ever coming by the same place twice, as a race track does."""
+        """Whether it is a closed circuit that never visits a place twice, like a race track."""
         points = self.map_from_base[:, :2]
         along = lengths_along(points)
         pairs = cKDTree(points).query_pairs(0.5, output_type="ndarray")
@@ -168,7 +168,7 @@ class DrivingLattice:
         self.spacing = SPACING * max(1.0, float(np.ceil(np.sqrt(area / SPACING**2 / MAX_CELLS))))
         self._number_of_place, self._place_of_number = self._number_places()
         self.graph = self._join_nodes()
-        """(nodes, nodes) cost of the curve from one to another, metres weighted."""
+        """(nodes, nodes) cost of the curve between two nodes, in weighted metres."""
         _, component = connected_components(self.graph, directed=False)
         sizes = np.bincount(component, minlength=1)
         if sizes.max() < _SMALLEST_COMPONENT:
@@ -177,7 +177,7 @@ class DrivingLattice:
                 f"it needs connected free places at least {2 * PLANNED_CLEARANCE:.1f} m wide."
             )
         self.reachable: NDArray[np.bool_] = component == sizes.argmax()
-        """(nodes,) those that the car can get to and back from."""
+        """(nodes,) those that the car can reach and return from."""
 
     def poses_of(self, nodes: NDArray[np.int64]) -> Pose:
         """(N, 3) ``map_from_base``."""
@@ -186,7 +186,7 @@ class DrivingLattice:
         return compose(self._grid.map_from_grid, grid_from_base)
 
     def cheapest_path(self, start: int, is_goal: NDArray[np.bool_]) -> list[int]:
-        """The nodes from a start to the goal that costs least; ValueError when none can be reached."""
+        """The nodes from a start to the cheapest goal; ValueError if none can be reached."""
         node, predecessors = cheapest_goal(
             self.graph.indptr, self.graph.indices, self.graph.data, start, is_goal & self.reachable
         )
@@ -198,7 +198,7 @@ class DrivingLattice:
         return nodes[::-1]
 
     def drive(self, nodes: list[int]) -> Route:
-        """Along the curves between nodes, from the first to the last."""
+        """The route along the curves between nodes, from the first to the last."""
         poses, backwards = [self.poses_of(np.array(nodes[:1]))], [np.zeros(1, dtype=np.bool_)]
         for a, b in itertools.pairwise(nodes):
             curve, is_backwards = self._curve_between(a, b)
@@ -207,8 +207,8 @@ class DrivingLattice:
         return Route(np.concatenate(poses), np.concatenate(backwards))
 
     def distances_to(self, pose: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(nodes,) metres to a place (2,), or to a pose (3,) with the turns counted; infinite from where the
-        car cannot get to."""
+        """(nodes,) metres to a place (2,), or to a pose (3,) including turns; infinite for nodes that the car
+        cannot reach."""
         distances = np.full(len(self.reachable), np.inf)
         nodes = np.flatnonzero(self.reachable)
         poses = self.poses_of(nodes)
@@ -218,7 +218,7 @@ class DrivingLattice:
         return distances
 
     def neighbour_graph(self) -> csr_array:
-        """(cells, cells) metres between neighbouring cells, diagonal ones too."""
+        """(cells, cells) metres between neighbouring cells, including diagonal ones."""
         places = self._place_of_number
         rows, columns, lengths = [], [], []
         for step in ((0, 1), (1, 0), (1, 1), (1, -1)):
@@ -231,7 +231,7 @@ class DrivingLattice:
         return coo_array(entries, shape=(len(places), len(places))).tocsr()
 
     def _number_places(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """The number of each place (rows, columns), -1 where the car does not fit; each number's place."""
+        """The number of each place (rows, columns), -1 if the car does not fit; the place of each number."""
         size = np.array(self._grid.cells.shape) * self._grid.resolution
         shape = np.maximum(size // self.spacing, 1).astype(int)
         places = np.argwhere(np.ones(shape, dtype=np.bool_))
@@ -241,7 +241,7 @@ class DrivingLattice:
         return numbers, places
 
     def _centers(self, places: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(N, 2) points of the grid's frame."""
+        """(N, 2) points in the grid's frame."""
         centers: NDArray[np.float64] = (places[:, ::-1].astype(np.float64) + 0.5) * self.spacing
         return centers
 
@@ -275,7 +275,7 @@ class DrivingLattice:
         return both.tocsr()
 
     def _fitting(self, curve: Curve) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
-        """Cells from which the curve can be driven, those it leads to, and its least clearance, (N,) each."""
+        """Start cells, end cells and minimum clearances, (N,) each, of the curve where it can be driven."""
         to_cell = self._numbers_at(self._place_of_number + np.array(curve.offset))
         from_cell = np.flatnonzero(to_cell >= 0)
         starts = self._centers(self._place_of_number[from_cell])
@@ -287,7 +287,7 @@ class DrivingLattice:
         return from_cell[fits], to_cell[from_cell[fits]], clearance[fits]
 
     def _curve_between(self, a: int, b: int) -> tuple[Pose, bool]:
-        """Poses (K, 3) from one node to a neighbour, and whether they are driven backwards."""
+        """Poses (K, 3) from one node to a neighbour, and whether they are driven in reverse."""
         for start, end, is_backwards in ((a, b, False), (b, a, True)):
             places = self._place_of_number[[start // 16, end // 16]]
             for curve in curves_from(start % 16, self.spacing):
@@ -299,7 +299,7 @@ class DrivingLattice:
 
 
 def clearance_field(grid: OccupancyGrid) -> NDArray[np.float32]:
-    """(rows, columns) metres from each cell's centre to that of the nearest one not known to be free."""
+    """(rows, columns) metres from each cell's centre to that of the nearest cell not known to be free."""
     free = np.pad((grid.cells >= FREE) & (grid.cells < OCCUPIED_FROM), 1)
     distances: NDArray[np.float64] = distance_transform_edt(free, sampling=grid.resolution)
     return distances[1:-1, 1:-1].astype(np.float32)
@@ -313,9 +313,9 @@ def cheapest_goal(
     start: int,
     is_goal: NDArray[np.bool_],
 ) -> tuple[int, NDArray[np.int32]]:
-    """The goal that costs least to get to, -1 if none can be, and each node's predecessor on the way to it.
+    """The cheapest goal to reach, -1 if there is none, and each node's predecessor on the path to it.
 
-    By Dijkstra's search, which ends there; scipy's knows no goals.
+    Dijkstra's search that ends at a goal, which scipy's does not support.
 
     The graph is in compressed rows: the edges of node n are first_edge[n] to first_edge[n + 1] - 1.
     """

@@ -1,4 +1,4 @@
-"""The ground of a map that is not a plane: hills, and kerbs beside where the car drives."""
+"""Uneven ground of a map: hills, and kerbs beside the drivable floor."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,30 +12,30 @@ from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LaserMode
 
 _WAVES = 5
 _SHORTEST, _LONGEST = 20.0, 60.0
-"""Metres from hilltop to hilltop, by judgement: ramps and slopes of a campus."""
+"""Metres between hilltops. Chosen by judgement: ramps and slopes of a campus."""
 _ROUGHNESS = 0.003
-"""Standard deviation in metres of the height at which a beam meets the ground, by judgement: between a floor
-and gravel; a beam that comes in at 2° then ends 9 cm sooner or later."""
+"""Standard deviation in metres of the height at which a beam meets the ground. Chosen by judgement: between a
+floor and gravel; a beam that comes in at 2° then ends 9 cm sooner or later."""
 _TRACK = 0.3
-"""Metres between the wheels of an axle; with the wheelbase they tell how the car leans."""
+"""Metres between the wheels of an axle; with the wheelbase it determines how the car leans."""
 
 
 class Ground:
-    """Knows what a tilted laser on a leaning car meets first: a wall, or the ground.
+    """Finds what a tilted laser on a leaning car meets first: a wall, or the ground.
 
-    Walls are taken to be high. Ways uphill are not longer: the truth stays that of the plane.
+    Walls are assumed to be high. Paths uphill are not longer: the ground truth stays in the plane.
     """
 
     def __init__(
         self, grid: OccupancyGrid, heights: NDArray[np.float64], generator: np.random.Generator
     ) -> None:
-        """``heights`` (rows, columns), metres at the centre of each of the grid's cells."""
+        """``heights`` (rows, columns): metres at the centre of each grid cell."""
         self._grid, self._generator = grid, generator
         self._heights = heights.astype(np.float32)
         self._highest = float(self._heights.max())
 
     def cast(self, map_from_base: Pose, laser: LaserModel, tilt: float) -> NDArray[np.float64]:
-        """(beams,) metres to what each beam meets from its base pose (beams, 3), the laser looking down by
+        """(beams,) range in metres of each beam from its base pose (beams, 3), with the laser tilted down by
         ``tilt`` degrees; inf beyond its reach."""
         resolution = self._grid.resolution
         ranges = np.empty(laser.beams)
@@ -63,7 +63,7 @@ def draw_heights(
 ) -> NDArray[np.float64]:
     """(rows, columns) metres: five waves of random lengths and directions, nowhere steeper than ``hills``.
 
-    What is not free floor lies ``kerbs`` metres higher, such as the lawn beside the ways.
+    All but free floor is ``kerbs`` metres higher, like the lawn beside the paths.
     """
     rows, columns = grid.cells.shape
     y = grid.resolution * np.arange(rows)[:, None]

@@ -1,4 +1,4 @@
-"""Beams over uneven ground, compiled."""
+"""Ray casting over uneven ground, compiled."""
 
 import math
 
@@ -11,7 +11,7 @@ from racecar.maps.grid.ray_casting import cast_one
 
 @njit(cache=True, nogil=True)
 def _height_at(heights: NDArray[np.float32], row: float, column: float) -> float:
-    """Metres between four centres of cells; beyond the edge as at the edge."""
+    """Height in metres, interpolated between four cell centres; constant beyond the edge."""
     rows, columns = heights.shape
     row = min(max(row - 0.5, 0.0), rows - 1.0)
     column = min(max(column - 0.5, 0.0), columns - 1.0)
@@ -36,9 +36,9 @@ def _to_ground(
     highest: float,
     reach: float,
 ) -> float:
-    """Cells over the plane until a ray that falls by so many metres per cell is below the ground.
+    """Horizontal cells until a ray, falling by ``fall`` metres per cell, is below the ground.
 
-    It is tried at every cell's length and interpolated between; inf when the ray stays above it within reach.
+    Checked every cell and interpolated in between; inf if the ray stays above the ground within reach.
     """
     if height <= highest:
         distance = 0.0
@@ -78,8 +78,8 @@ def cast_over_ground(
 ) -> None:
     """Fill ranges (N,): bearing i from a car whose rear axle is at start i (N, 3), row, column, heading.
 
-    ``wheelbase`` and ``track`` are in cells, all other lengths in metres. The car leans as the ground under
-    its axles does; ``roughness`` (N,) is what the ground rises by where each beam meets it.
+    ``wheelbase`` and ``track`` are in cells, all other lengths in metres. The car leans with the ground under
+    its axles; ``roughness`` (N,) is the rise of the ground where each beam meets it.
     """
     for i in range(starts.shape[0]):
         row, column = starts[i, 0], starts[i, 1]
@@ -90,7 +90,7 @@ def cast_over_ground(
         right = _height_at(heights, row - 0.5 * track * cos, column + 0.5 * track * sin)
         climb = (ahead - here) / (wheelbase * resolution)
         bank = (left - right) / (track * resolution)
-        # The car's axes, seen in the map: forward, left and up, made orthogonal.
+        # The car's axes in the map: forward, left and up, orthogonalized.
         length = math.sqrt(1.0 + climb * climb)
         forward = (cos / length, sin / length, climb / length)
         up = (-climb * cos + bank * sin, -climb * sin - bank * cos, 1.0)

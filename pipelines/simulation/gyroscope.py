@@ -1,4 +1,4 @@
-"""The simulated gyroscope: a cheap MEMS such as the MPU-6050, which measures how fast the car turns."""
+"""The simulated gyroscope: a cheap MEMS sensor such as the MPU-6050, which measures the yaw rate."""
 
 import numpy as np
 
@@ -6,21 +6,21 @@ from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.sensors.yaw_rate import YawRate
 
 _BIAS = np.radians(1.5)
-"""Radians per second, standard deviation: by judgement, since of the ±20 °/s that the MPU-6050's data sheet
-allows few chips have more than 3."""
+"""Radians per second, standard deviation. Chosen by judgement: the MPU-6050's data sheet allows ±20 °/s, but
+few chips have more than 3."""
 _NOISE_DENSITY = np.radians(0.005)
-"""Radians per second and root of hertz, by the MPU-6050's data sheet."""
+"""Radians per second and square root of hertz, from the MPU-6050's data sheet."""
 _BIAS_WALK = np.radians(0.01)
-"""Radians per second and root of a second, by judgement: a quarter of a degree per second in ten minutes, as
-a warming chip shows."""
+"""Radians per second and square root of a second. Chosen by judgement: a quarter of a degree per second in
+ten minutes, as for a chip that warms up."""
 _SCALE = 0.01
-"""Standard deviation of the share by which turns are wrong: by judgement; the data sheet allows 3 %."""
+"""Standard deviation of the scale error. Chosen by judgement; the data sheet allows 3 %."""
 
 
 def measure_yaw_rates(
     drive: CarMotion, start_ns: int, rate: float, generator: np.random.Generator
 ) -> list[YawRate]:
-    """What the gyroscope says ``rate`` times a second."""
+    """Yaw rates measured ``rate`` times a second."""
     period = 1.0 / rate
     count = int(drive.seconds / period) + 1
     seconds = period * np.arange(count)

@@ -1,4 +1,4 @@
-"""The lasers that a simulated car can bear."""
+"""The available lasers of a simulated car."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,26 +17,26 @@ BASE_FROM_LASER = np.array([0.27, 0.0, 0.0])
 
 @dataclass(frozen=True)
 class LaserModel:
-    """What a laser sees, and how well; its beams go counter-clockwise, in equal times."""
+    """Geometry and accuracy of a laser; its beams go counter-clockwise, at equal intervals."""
 
     beams: int
     field_of_view: float
     """Degrees from the first beam to the last."""
     scan_time: float
-    """Seconds from sweep to sweep, a multiple of ``TICK``."""
+    """Seconds between sweeps, a multiple of ``TICK``."""
     sweep_share: float
-    """The part of ``scan_time`` from the first beam to the last."""
+    """Share of ``scan_time`` from the first beam to the last."""
     range_min: float
     range_max: float
     """Metres, both."""
     noise: float
     """Standard deviation of a range, metres."""
     dropouts: float
-    """Share of beams that come back empty whatever they meet."""
+    """Share of beams without a return, whatever they meet."""
     height: float
     """Metres above the floor."""
     faint_range: float = np.inf
-    """Metres from which half of the echoes are too faint; far nearer hardly any, far beyond nearly all."""
+    """Metres at which half of the echoes are too faint; far nearer hardly any, far beyond nearly all."""
 
     @property
     def angle_min(self) -> float:
@@ -69,7 +69,7 @@ class LaserModel:
         return self.time_increment * np.arange(self.beams, dtype=np.float64)
 
     def scan(self, stamp: int, ranges: NDArray[np.float32]) -> Scan:
-        """A sweep (beams,), inf for a miss, whose first beam has the stamp in nanoseconds."""
+        """A scan (beams,), inf for a miss, with the stamp of its first beam in nanoseconds."""
         return Scan(
             stamp=stamp,
             bearings=self.bearings,
@@ -91,7 +91,7 @@ UST_10LX = LaserModel(
     dropouts=0.002,
     height=0.15,
 )
-"""Hokuyo's, as race cars have it, by its data sheet; the mirror sees 270° in three quarters of its turn."""
+"""Hokuyo's, as on race cars, from its data sheet; the mirror covers 270° in three quarters of its turn."""
 URG_04LX = LaserModel(
     beams=683,
     field_of_view=240.0,
@@ -103,7 +103,7 @@ URG_04LX = LaserModel(
     dropouts=0.5,
     height=0.25,
 )
-"""Hokuyo's small one, by its data sheet, where half of the beams find walls too dark, as in recordings."""
+"""Hokuyo's small one, from its data sheet; half of the beams find walls too dark, as in recordings."""
 RPLIDAR_A1 = LaserModel(
     beams=360,
     field_of_view=359.0,
@@ -115,7 +115,7 @@ RPLIDAR_A1 = LaserModel(
     dropouts=0.05,
     height=0.2,
 )
-"""Slamtec's, by its data sheet: it sees all around, so whoever walks behind too."""
+"""Slamtec's, from its data sheet: it sees all around, including anyone walking behind."""
 LMS_291 = LaserModel(
     beams=361,
     field_of_view=180.0,
@@ -128,8 +128,8 @@ LMS_291 = LaserModel(
     height=0.5,
     faint_range=35.0,
 )
-"""Sick's, by its data sheet: 80 m, but 30 m to what reflects a tenth of the light; it turns 75 times a
-second, of which loggers keep some ten."""
+"""Sick's, from its data sheet: 80 m, but 30 m for a reflectance of a tenth; it turns 75 times a second, of
+which loggers keep some ten."""
 
 LASERS: Mapping[LaserKind, LaserModel] = {
     LaserKind.RACE: UST_10LX,

@@ -1,4 +1,4 @@
-"""The simulated LiDAR, which turns while the car moves."""
+"""The simulated LiDAR, which rotates while the car moves."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,20 +10,20 @@ from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LaserModel
 
 _ALL_ROUND = 300.0
-"""Degrees; a laser that sees more may see a disc with its first and its last beams."""
+"""Degrees; a laser with a wider view may see a disc with both its first and its last beams."""
 _FADING = 4
-"""Power of the distance by which echoes fade out, by judgement: at half of the faint range 6 % are lost, at
-double of it 94 %."""
+"""Power of the distance by which echoes fade. Chosen by judgement: 6 % are lost at half of the faint range,
+94 % at double of it."""
 
 
 def scan_ticks(drive: CarMotion, laser: LaserModel) -> NDArray[np.int64]:
-    """(S,) the tick of each sweep's first beam, for all sweeps that end before the drive does."""
+    """(S,) ticks of the first beams of all sweeps that end before the drive does."""
     last = len(drive.speed) - 1 - int(np.ceil(laser.time_offsets[-1] / TICK))
     return np.arange(0, last + 1, laser.period_ticks, dtype=np.int64)
 
 
 def poses_at_beams(drive: CarMotion, tick: int, laser: LaserModel) -> Pose:
-    """(beams, 3) ``map_from_base`` at the time of each beam of the sweep that begins at a tick."""
+    """(beams, 3) ``map_from_base`` at the time of each beam of the sweep that starts at a tick."""
     ticks = laser.time_offsets / TICK
     before = np.minimum(ticks.astype(np.int64), len(drive.speed) - 2)
     return interpolate(
@@ -32,7 +32,7 @@ def poses_at_beams(drive: CarMotion, tick: int, laser: LaserModel) -> Pose:
 
 
 def see_walls(grid: OccupancyGrid, map_from_base: Pose, laser: LaserModel) -> NDArray[np.float64]:
-    """(beams,) true ranges from base poses (beams, 3) over a plane; inf where nothing is in reach."""
+    """(beams,) true ranges from base poses (beams, 3) in a plane; inf without a wall in reach."""
     return cast_rays(grid, compose(map_from_base, BASE_FROM_LASER), laser.bearings, laser.range_max)
 
 
@@ -43,9 +43,9 @@ def see_legs(
     legs: tuple[NDArray[np.float64], NDArray[np.float64]],
     leg_radius: float,
 ) -> None:
-    """Shorten the ranges (beams,) of those beams that meet legs.
+    """Shorten the ranges (beams,) of beams that meet legs.
 
-    ``legs`` (M, 2) are their centres at the sweep's beginning and ``scan_time`` later.
+    ``legs`` (M, 2) are their centres at the start of the sweep and ``scan_time`` later.
     """
     map_from_laser = compose(map_from_base, BASE_FROM_LASER)
     for leg_before, leg_after in zip(*legs, strict=True):
@@ -63,7 +63,7 @@ def measure(
     dropouts: float,
     generator: np.random.Generator,
 ) -> NDArray[np.float32]:
-    """(beams,) what the sensor reports of true ranges: noisy, and here and there nothing (inf)."""
+    """(beams,) measured from true ranges: with noise, and with some returns missing (inf)."""
     measured = ranges + noise * generator.standard_normal(len(ranges))
     is_empty = (generator.random(len(ranges)) < dropouts) | (measured > laser.range_max)
     if np.isfinite(laser.faint_range):
@@ -74,7 +74,7 @@ def measure(
 def _beams_towards(
     map_from_laser: Pose, laser: LaserModel, center: NDArray[np.float64], radius: float
 ) -> slice:
-    """The beams that may meet a disc, with room for what car and disc move in a sweep."""
+    """The beams that may meet a disc, with a margin for the motion of car and disc in a sweep."""
     x, y = transform_points(inverse(map_from_laser), center[None])[0]
     distance = np.hypot(x, y)
     if distance < 1.0 or laser.field_of_view > _ALL_ROUND:
@@ -89,7 +89,7 @@ def range_to_disc(
 ) -> NDArray[np.float64]:
     """(N,) metres along bearings (N,) from poses (N, 3) to a disc at center (N, 2).
 
-    It is inf for a beam that passes the disc or starts inside it.
+    It is inf for a beam that misses the disc or starts inside it.
     """
     heading = map_from_laser[:, 2] + bearings
     x, y = (center - map_from_laser[:, :2]).T

@@ -1,4 +1,4 @@
-"""Rounds off a planned path without coming nearer to the walls than allowed."""
+"""Smooth a planned path while keeping its clearance from walls."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,19 +9,19 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 STEP = 0.1
 """Metres between the points of a smoothed path."""
 _ROUNDS = 400
-"""Each moves every point to the middle of its neighbours; 400 spread a bend over some 20 points (2 m)."""
+"""Each moves all points to the midpoint of their neighbours; 400 spread a bend over some 20 points (2 m)."""
 _WANTED_CLEARANCE = 0.65
-"""Metres: the body, and room to steer at speed."""
+"""Metres: the body, and a margin to steer at speed."""
 _FIXED_ENDS = 4
-"""Points at either end that keep their places, so that a path leaves and arrives at the planned headings."""
+"""Points at either end that stay fixed, so that a path starts and ends at the planned headings."""
 
 
 def smooth_path(
     points: NDArray[np.float64], grid: OccupancyGrid, clearance: NDArray[np.float32]
 ) -> NDArray[np.float64]:
-    """Points (M, 2), ``STEP`` apart, of a path (N, 2) that is pulled straight like an elastic band.
+    """Points (M, 2), ``STEP`` apart, of a path (N, 2) pulled straight like an elastic band.
 
-    No point moves to where it has less clearance than 0.65 m, unless it gains clearance by that.
+    No point moves to a clearance below 0.65 m, unless its clearance grows.
     """
     points = resample(points, STEP)
     if len(points) <= 2 * _FIXED_ENDS:
@@ -39,7 +39,7 @@ def smooth_path(
 
 
 def resample(points: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """Points (M, 2) about ``step`` apart along the line through points (N, 2), its ends included."""
+    """Points (M, 2) about ``step`` apart along the polyline through points (N, 2), including its ends."""
     along = lengths_along(points)
     keep = np.concatenate([[True], np.diff(along) > 0])
     evenly = np.linspace(0.0, along[-1], max(2, round(along[-1] / step) + 1))

@@ -1,4 +1,4 @@
-"""Where the car drives: to the nearest place not yet seen, again and again, then home; or to a goal."""
+"""Plan routes: repeatedly to the nearest unseen place and then home; or to a goal."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,21 +12,21 @@ from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice, Route
 
 SIGHT = 3.0
-"""Metres; what is this near to the path, measured round corners as one drives, counts as seen."""
+"""Metres; places this near to the path, measured along drivable cells, count as seen."""
 
 SMALL_POCKET = 1.0
-"""Square metres; a smaller place that is left unseen is not gone to."""
+"""Square metres; smaller unseen places are not visited."""
 
 
 _AS_NEAR = 0.05
-"""Metres by which a place may be farther from a goal than the nearest one, and count as well: so the car may
-arrive at whichever heading is cheapest."""
+"""Metres by which a place may be farther from a goal than the nearest one and still count, so that the car
+may arrive at the cheapest heading."""
 _FARTHEST = 1.0
-"""Metres from a goal to the nearest place where the car can stand, beyond which the goal is refused."""
+"""Metres between a goal and the nearest place where the car can stand, beyond which the goal is rejected."""
 
 
 def round_trip(lattice: DrivingLattice, start: int) -> Route:
-    """Drive from a node until all that is reachable has been seen and back to the same node."""
+    """Drive from a node until everything reachable has been seen, and back to the same node."""
     neighbours = lattice.neighbour_graph()
     unseen = lattice.reachable.reshape(-1, 16).any(axis=1)
     unseen &= ~_in_sight(neighbours, [start // 16])
@@ -41,7 +41,7 @@ def round_trip(lattice: DrivingLattice, start: int) -> Route:
 
 
 def choose_start(grid: OccupancyGrid, lattice: DrivingLattice, wanted: Pose | None) -> int:
-    """The reachable node nearest to a wanted pose; without one, near the map's origin and looking far."""
+    """The reachable node nearest to a wanted pose; by default one near the map's origin with a long view."""
     if wanted is not None:
         return int(np.argmin(lattice.distances_to(wanted)))
     distances = lattice.distances_to(np.zeros(2))
@@ -52,7 +52,7 @@ def choose_start(grid: OccupancyGrid, lattice: DrivingLattice, wanted: Pose | No
 
 
 def route_to_goal(lattice: DrivingLattice, map_from_base: Pose, goal: NDArray[np.float64]) -> Route:
-    """From near a pose (3,) to a goal: a place (2,), or a pose (3,) whose heading counts too.
+    """From near a pose (3,) to a goal: a place (2,), or a pose (3,) with its heading.
 
     Raises UserError when the car cannot stand near the goal.
     """
@@ -65,9 +65,9 @@ def route_to_goal(lattice: DrivingLattice, map_from_base: Pose, goal: NDArray[np
 
 
 def _until_in_sight(lattice: DrivingLattice, nodes: list[int]) -> list[int]:
-    """The first part of a path, one step at least, that ends where its goal is well in sight.
+    """The first part of a path, of at least one step, up to where its goal is well in sight.
 
-    A car that goes no further need not turn in a corner that it only came to look at.
+    A car that goes no further need not turn in a corner that it only came to see.
     """
     places = lattice.poses_of(np.array(nodes))[:, :2]
     is_far = np.linalg.norm(places - places[-1], axis=1) > SIGHT / 2
@@ -75,14 +75,14 @@ def _until_in_sight(lattice: DrivingLattice, nodes: list[int]) -> list[int]:
 
 
 def _in_sight(neighbours: csr_array, cells: list[int]) -> NDArray[np.bool_]:
-    """(cells,) whether within sight of some cells, measured as one drives."""
+    """(cells,) whether within sight of some cells, measured along drivable cells."""
     distances = dijkstra(neighbours, directed=False, indices=np.unique(cells), limit=SIGHT, min_only=True)
     near: NDArray[np.bool_] = np.isfinite(distances)
     return near
 
 
 def _in_small_pockets(neighbours: csr_array, unseen: NDArray[np.bool_], spacing: float) -> NDArray[np.bool_]:
-    """(cells,) the unseen ones whose connected region is too small to go there for it."""
+    """(cells,) the unseen ones whose connected region is too small for a visit."""
     cells = np.flatnonzero(unseen)
     _, region = connected_components(neighbours[cells][:, cells], directed=False)
     is_small = np.bincount(region) * spacing**2 < SMALL_POCKET

@@ -1,4 +1,4 @@
-"""A simulated drive as a filter takes it: its messages, and the truth they are measured against."""
+"""A simulated drive as input of a filter: its messages, and the ground truth."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -13,20 +13,20 @@ from racecar.sensors.scan import Scan
 
 @dataclass(frozen=True, eq=False)
 class SimulatedDrive:
-    """What a car recorded, and where it was."""
+    """A recording with its ground truth."""
 
     grid: OccupancyGrid
-    """The world it drove through."""
+    """The world it was recorded in."""
     messages: list[Measurement]
-    """In the order of time."""
+    """In time order."""
     truth: Trajectory
     """One pose per scan."""
 
 
 def simulate_drive(grid: OccupancyGrid, config: SimulationConfig, *, every: int = 1) -> SimulatedDrive:
-    """Drive through a world; of the scans only one in ``every`` is kept, from the first on.
+    """Drive through a world, keeping only every ``every``-th scan, starting with the first.
 
-    Raises UserError when the car finds no room in it.
+    Raises UserError when the world has no room for the car.
     """
     simulation = Simulation(grid, config)
     truth = simulation.ground_truth
@@ -38,7 +38,7 @@ def simulate_drive(grid: OccupancyGrid, config: SimulationConfig, *, every: int 
 
 
 def every_nth_scan(messages: Iterable[Measurement], n: int, first: int = 0) -> Iterator[Measurement]:
-    """All odometry, and of the scans number ``first`` (from 0) and each nth after it."""
+    """All odometry, and every nth scan starting with number ``first`` (from 0)."""
     scans = 0
     for message in messages:
         if isinstance(message, Scan):

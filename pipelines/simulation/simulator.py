@@ -1,4 +1,4 @@
-"""A simulated drive through a map: what the car does, and what its laser and wheels say of it."""
+"""A simulated drive through a map: the car's motion, and the measurements of its laser and wheels."""
 
 import heapq
 from collections.abc import Callable, Iterator
@@ -27,20 +27,20 @@ from racecar.sensors.scan import Scan
 from racecar.sensors.yaw_rate import YawRate
 
 START_NS = 1_700_000_000_000_000_000
-"""Nanoseconds of a simulated drive's first stamp: in 2023, so that stamps look like those of real bags."""
+"""Nanoseconds, the first stamp of a simulated drive: in 2023, so that stamps look like those of real bags."""
 GAP_PERIOD = 15.0
-"""Seconds from the end of one gap to the end of the next, as logs have them whose disk is too slow."""
+"""Seconds between the ends of successive gaps, as in logs written to a disk that is too slow."""
 
 
 _Message: TypeAlias = Scan | YawRate | tuple[Odometry, Odometry]
-"""A scan, a yaw rate, or the odometry measured and true."""
+"""A scan, a yaw rate, or measured and true odometry."""
 
 
 class Simulation:
-    """A drive that is over; its scans are made while they are read. The same settings make the same drive."""
+    """A completed drive; its scans are generated on reading. The same settings give the same drive."""
 
     def __init__(self, grid: OccupancyGrid, config: SimulationConfig) -> None:
-        """Plan and drive. Raises UserError when the car finds no room in the map."""
+        """Plan and drive. Raises UserError when the map has no room for the car."""
         self._grid, self._config = grid, config
         self._lattice = _lattice_of(grid)
         self.drive = self._drive()
@@ -49,10 +49,10 @@ class Simulation:
             laser_sensor.scan_ticks(self.drive, self.laser), config.scan_every, config.scan_gaps
         )
         self.ground_truth = Trajectory(_stamps(self._scan_ticks), self.drive.map_from_base[self._scan_ticks])
-        """``map_from_base`` at the stamp of each scan, exact."""
+        """Exact ``map_from_base`` at the stamp of each scan."""
 
     def odometry(self) -> list[Odometry]:
-        """What the wheels say, 50 times a second."""
+        """Wheel odometry, 50 times a second."""
         generator = np.random.default_rng([self._config.seed, 1])
         config = self._config
         return measure_odometry(
@@ -66,18 +66,18 @@ class Simulation:
         )
 
     def yaw_rates(self) -> list[YawRate]:
-        """What the gyroscope says; nothing where the car has none."""
+        """Gyroscope readings; empty if the car has none."""
         if self._config.imu_rate == 0.0:
             return []
         generator = np.random.default_rng([self._config.seed, 4])
         return measure_yaw_rates(self.drive, START_NS, self._config.imu_rate, generator)
 
     def true_odometry(self) -> Iterator[Odometry]:
-        """Where the car is and how it moves, 50 times a second, in the map."""
+        """The car's true pose and twist in the map, 50 times a second."""
         return true_odometry(self.drive, START_NS)
 
     def scans(self) -> Iterator[Scan]:
-        """What the laser says, sweep after sweep."""
+        """Laser scans, one sweep at a time."""
         laser, config = self.laser, self._config
         generator = np.random.default_rng([config.seed, 2])
         noise = laser.noise if config.range_noise is None else config.range_noise
@@ -107,7 +107,7 @@ class Simulation:
         route = _route_through(self._grid, config.start)
         rounds, seconds = (config.laps if route.is_lap else 1), np.inf
         if config.duration is not None:
-            # At full speed all the time the car would need so many rounds, so it never runs out of them.
+            # The rounds needed at constant full speed, so that the car never runs out of them.
             rounds = 1 + int(config.duration * config.max_speed / route.length)
             seconds = config.duration
         return drive_route(route, self._grid, self._lattice.clearance, config.max_speed, rounds, seconds)
@@ -115,29 +115,29 @@ class Simulation:
 
 @lru_cache(maxsize=2)
 def _lattice_of(grid: OccupancyGrid) -> DrivingLattice:
-    """Kept, since a lattice takes seconds and drives through one grid object share it."""
+    """Cached, since a lattice takes seconds and is shared by all drives through the same grid object."""
     return DrivingLattice(grid)
 
 
 @lru_cache(maxsize=8)
 def _route_through(grid: OccupancyGrid, start: tuple[float, float, float] | None) -> Route:
-    """The round trip from the place nearest to a pose in the map, kept for further drives."""
+    """The round trip from the place nearest to a pose in the map, cached for further drives."""
     lattice = _lattice_of(grid)
     wanted = None if start is None else np.array(start)
     return round_trip(lattice, choose_start(grid, lattice, wanted))
 
 
 def ground_truth_file(bag: Path) -> Path:
-    """Where the true path of a simulated bag is written: beside it, named after it."""
+    """File of the ground truth of a simulated bag, beside it and named after it."""
     folder, name = (bag.parent, bag.name) if bag.name else (bag.absolute().parent, bag.absolute().name)
     return folder / f"{name.removesuffix('.bag')}.ground_truth.tum"
 
 
 def write_bag(simulation: Simulation, path: Path, progress: Callable[[float], None]) -> None:
-    """Write ``/scan``, ``/odom``, ``/ground_truth`` and ``/tf_static``, and ``/imu`` of a car that has one;
+    """Write ``/scan``, ``/odom``, ``/ground_truth`` and ``/tf_static``, and ``/imu`` if the car has one;
     progress goes from 0 to 1.
 
-    Raises UserError when the place cannot be written to.
+    Raises UserError when the bag cannot be written.
     """
     scans = len(simulation.ground_truth)
     samples: Iterator[_Message] = zip(simulation.odometry(), simulation.true_odometry(), strict=True)
@@ -182,9 +182,9 @@ def _stamps(ticks: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def kept_ticks(ticks: NDArray[np.int64], every: float, gaps: float) -> NDArray[np.int64]:
-    """Of ticks (S,), at which sweeps begin, those whose sweeps are written (K,).
+    """Those ticks (K,) of the starts of sweeps (S,) whose sweeps are written.
 
-    One is kept at most per ``every`` seconds, and none in the last ``gaps`` seconds of each 15.
+    At most one is kept per ``every`` seconds, and none in the last ``gaps`` seconds of each 15.
     """
     seconds = TICK * ticks
     written = ticks[seconds % GAP_PERIOD < GAP_PERIOD - gaps]

@@ -1,4 +1,4 @@
-"""What can be chosen about a simulated drive; the commands make their flags of these fields."""
+"""Settings of a simulated drive, from which the commands derive their flags."""
 
 from enum import Enum
 
@@ -8,7 +8,7 @@ from racecar.maps.settings import Settings
 
 
 class NoiseLevel(str, Enum):
-    """How bad the wheel odometry is: exact, that of a well kept car, or per cents of error, and slip."""
+    """Quality of the wheel odometry: exact, that of a well-kept car, or errors of some per cent with slip."""
 
     NONE = "none"
     SLIGHT = "slight"
@@ -16,7 +16,7 @@ class NoiseLevel(str, Enum):
 
 
 class LaserKind(str, Enum):
-    """Which laser the car bears."""
+    """The laser of the car."""
 
     RACE = "race"
     SHORT = "short"
@@ -25,7 +25,7 @@ class LaserKind(str, Enum):
 
 
 class DrivingConditions(Settings):
-    """What can be chosen about a drive before it begins, or while it goes on."""
+    """Settings that can be changed before or during a drive."""
 
     noise: NoiseLevel = Field(
         NoiseLevel.SLIGHT, description="Noise of the wheel odometry: none, slight or full."
@@ -42,7 +42,7 @@ class DrivingConditions(Settings):
 
 
 class SimulationConfig(DrivingConditions):
-    """A drive, its car's sensors, and who walks about meanwhile."""
+    """A drive, the car's sensors, and the people around."""
 
     laser: LaserKind = Field(
         LaserKind.RACE,

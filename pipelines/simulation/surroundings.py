@@ -1,4 +1,4 @@
-"""All that the laser of a simulated drive meets: walls or ground, people, and what moves along with it."""
+"""Everything that the simulated laser meets: walls or ground, people, and objects fixed to the robot."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from racecar.pipelines.simulation.wheel_odometry import is_carried
 
 _POST_RADIUS = 0.015
 _NEAREST_POST, _FARTHEST_POST = 0.18, 0.35
-"""Metres, as the posts are of a robot that bears a plate above its laser."""
+"""Metres, as for the posts of a robot with a plate above its laser."""
 _BODY, _BODY_BULGE = 0.25, 0.05
 """Metres to a carrier's body, more or less, as in a recording of a carried robot: 0.2 to 0.3 m."""
 _BODY_PERIOD = 1.1
@@ -23,7 +23,7 @@ _BODY_PERIOD = 1.1
 
 
 class Surroundings:
-    """What is about the car as the drive goes on; sweeps are asked for in the order of time."""
+    """The car's surroundings during a drive; sweeps must be requested in time order."""
 
     def __init__(
         self, grid: OccupancyGrid, lattice: DrivingLattice, drive: CarMotion, config: SimulationConfig
@@ -41,7 +41,7 @@ class Surroundings:
             self._ground = Ground(grid, heights, generator)
 
     def see(self, tick: int) -> NDArray[np.float64]:
-        """(beams,) true ranges of the sweep that begins at a tick; inf where nothing is in reach."""
+        """(beams,) true ranges of the sweep that starts at a tick; inf without anything in reach."""
         laser, config = self._laser, self._config
         map_from_base = laser_sensor.poses_at_beams(self._drive, tick, laser)
         if self._ground is None:
@@ -58,7 +58,7 @@ class Surroundings:
         return ranges
 
     def _walk(self, tick: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(2 * persons, 2) the walkers' legs at a tick, and a sweep's time later."""
+        """(2 * walkers, 2) the walkers' legs at a tick, and one sweep later."""
         if tick > self._legs_tick:
             self._legs = self._walkers.walk((tick - self._legs_tick) * TICK)
         before = self._legs
@@ -71,7 +71,7 @@ class Surroundings:
 
 
 def see_posts(number: int, laser: LaserModel, generator: np.random.Generator) -> NDArray[np.float64]:
-    """(beams,) metres to the robot's own posts, each in a part of the view of its own; inf between them."""
+    """(beams,) metres to the robot's own posts, each in a separate part of the view; inf between them."""
     part = np.radians(laser.field_of_view) / max(number, 1)
     ranges = np.full(laser.beams, np.inf)
     for post in range(number):
@@ -84,7 +84,7 @@ def see_posts(number: int, laser: LaserModel, generator: np.random.Generator) ->
 
 
 def see_carrier(laser: LaserModel, seconds: float) -> NDArray[np.float64]:
-    """(beams,) metres to the body of who carries the robot, on the rear half of the beams; inf elsewhere."""
+    """(beams,) metres to the body of the robot's carrier, on the rear half of the beams; inf elsewhere."""
     sway = 2.0 * np.pi * seconds / _BODY_PERIOD
     body = _BODY + _BODY_BULGE * np.sin(3.0 * laser.bearings + 0.5 * np.sin(sway))
     is_ahead = np.abs(laser.bearings) < np.radians(laser.field_of_view) / 4

@@ -1,4 +1,4 @@
-"""Persons who walk about in a map: pairs of legs that a laser sees."""
+"""People who walk in a map: pairs of legs that a laser sees."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,25 +8,25 @@ from racecar.pipelines.simulation.driving_lattice import DrivingLattice
 from racecar.pipelines.simulation.path_smoothing import lengths_along
 
 LEG_RADIUS = 0.1
-"""Metres, trousers included."""
+"""Metres, including trousers."""
 _SLOWEST, _FASTEST = 0.6, 1.5
 """m/s: a stroll and a brisk walk."""
 _CHOICES = 8
-"""Places among which a person goes to the nearest, so that most walks are short."""
+"""Places of which a person goes to the nearest, so that most walks are short."""
 _LOOK_AHEAD = 0.1
-"""Metres along the path by which a person's direction is measured."""
+"""Metres along the path over which a person's direction is measured."""
 _HALF_GAIT, _STRIDE, _STEP_LENGTH = 0.12, 0.22, 0.7
-"""Metres: half the space between the feet, how far a foot leads, one step."""
+"""Metres: half the distance between the feet, the lead of a foot, and the length of a step."""
 _STEP = 10
-"""Ticks from one place of the person to the next."""
+"""Ticks between positions of the person."""
 _DISTANCE, _SWAY, _PERIOD = 2.5, 0.5, 7.0
-"""Metres behind the car, more or less, and the seconds in which that changes there and back."""
+"""Metres behind the car, the variation of that, and its period in seconds."""
 _NEAREST = 1.0
-"""Metres to which a car that reverses may come before the person gives way."""
+"""Metres to which a reversing car may approach before the person gives way."""
 
 
 class Walkers:
-    """They stroll from one place to another by paths of their own and take no notice of the car."""
+    """Walk from place to place on their own paths, ignoring the car."""
 
     def __init__(self, number: int, lattice: DrivingLattice, generator: np.random.Generator) -> None:
         self._lattice, self._generator = lattice, generator
@@ -39,7 +39,7 @@ class Walkers:
         self._lengths = [np.zeros(2) for _ in starts]
 
     def walk(self, seconds: float) -> NDArray[np.float64]:
-        """(2 * persons, 2) where the legs stand in the map after some more seconds."""
+        """(2 * walkers, 2) positions of the legs in the map, ``seconds`` later."""
         legs = np.empty((len(self._paths), 2, 2))
         for i in range(len(self._paths)):
             self._walked[i] += self._speeds[i] * seconds
@@ -49,7 +49,7 @@ class Walkers:
         return legs.reshape(-1, 2)
 
     def _set_off(self, i: int) -> None:
-        """To the nearest of some other places."""
+        """Set off to the nearest of some random places."""
         goals = np.zeros(len(self._lattice.reachable), dtype=np.bool_)
         goals[self._generator.choice(self._nodes, size=_CHOICES)] = True
         goals[self._ends[i]] = False
@@ -68,7 +68,7 @@ class Walkers:
 
 
 def legs_of(place: NDArray[np.float64], direction: NDArray[np.float64], walked: float) -> NDArray[np.float64]:
-    """(2, 2) the legs of a person at a place (2,) who looks along a direction (2,) and has walked so far."""
+    """(2, 2) the legs of a person at a place (2,) facing a direction (2,), after ``walked`` metres."""
     length = np.linalg.norm(direction)
     forward = direction / length if length > 1e-6 else np.array([1.0, 0.0])
     left = np.array([-forward[1], forward[0]])
@@ -79,7 +79,7 @@ def legs_of(place: NDArray[np.float64], direction: NDArray[np.float64], walked: 
 
 
 class Follower:
-    """Where a person's legs are who keeps 2 to 3 m behind a car, by the shortest way."""
+    """The legs of a person who follows a car at 2 to 3 m by the shortest path."""
 
     def __init__(self, drive: CarMotion, generator: np.random.Generator) -> None:
         places = drive.map_from_base[::_STEP, :2]

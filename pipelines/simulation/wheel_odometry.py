@@ -1,4 +1,4 @@
-"""Wheel odometry of a simulated drive: the true motion, measured badly."""
+"""Wheel odometry of a simulated drive: the true motion with measurement errors."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,17 +13,17 @@ from racecar.pipelines.simulation.simulator_config import NoiseLevel
 from racecar.sensors.odometry import Odometry
 
 PERIOD_TICKS = 4
-"""50 messages a second."""
+"""Ticks per message, which gives 50 messages a second."""
 CARRY_PERIOD = 30.0
-"""Seconds from the end of one time to the end of the next in which the car is carried."""
+"""Seconds between the ends of successive periods in which the car is carried."""
 
 
 @dataclass(frozen=True)
 class OdometryNoise:
-    """How wheel odometry errs. Scales and bias are drawn once a drive, the rest grows with the distance."""
+    """Errors of wheel odometry. Scales and bias are drawn once per drive, the rest grows with distance."""
 
     path_scale: float = 0.0
-    """Standard deviation of the share by which distances are wrong."""
+    """Standard deviation of the scale error of distances."""
     turn_scale: float = 0.0
     """The same for rotations."""
     turn_per_metre: float = 0.0
@@ -33,7 +33,7 @@ class OdometryNoise:
     turn_walk: float = 0.0
     """Radians per square root of a metre."""
     slip: float = 0.0
-    """Share by which wheels run ahead at full acceleration and turns are overstated at the tyres' limit."""
+    """Share by which wheels overrun at full acceleration and turns are overestimated at the tyres' limit."""
 
 
 NOISE = {
@@ -41,16 +41,16 @@ NOISE = {
     NoiseLevel.SLIGHT: OdometryNoise(0.01, 0.01, 0.0005, 0.003, 0.003, 0.0),
     NoiseLevel.FULL: OdometryNoise(0.04, 0.05, 0.02, 0.01, 0.015, 0.1),
 }
-"""By judgement: a well calibrated car errs by a per cent, one whose gains nobody has set by some per cent;
-the recordings of the race car show 4 % of distance."""
+"""Chosen by judgement: a well calibrated car errs by a per cent, one with uncalibrated gains by some per
+cent; the recordings of the race car show 4 % of distance."""
 
 _STEERING_OFFSET, _STEERING_SCALE = np.radians(0.5), 0.06
-"""Radians and a share by which the angle is off at most, at least by half of it: by judgement, as of a servo
-whose gain and middle were set by eye. Half a degree makes 1.5° per metre."""
+"""Maximum errors of the steering angle, in radians and as a share; the minima are half of them. Chosen by
+judgement, as for a servo adjusted by eye. Half a degree makes 1.5° per metre."""
 
 
 class Wheels:
-    """The wheels of one drive, whose scales and bias stay as they are."""
+    """The wheels of one drive, with constant scales and bias."""
 
     def __init__(self, level: NoiseLevel, generator: np.random.Generator) -> None:
         self._noise, self._generator = NOISE[level], generator
@@ -61,8 +61,8 @@ class Wheels:
     def measure(
         self, steps: Pose, effort: NDArray[np.float64], slip: float, *, by_steering: bool = False
     ) -> Pose:
-        """(N, 3) what they report of true motions (N, 3), made with an effort (N, 2); they ``slip`` on top of
-        what their level of noise brings."""
+        """(N, 3) motions measured by the wheels, from true motions (N, 3) with efforts (N, 2); ``slip`` is
+        added to that of the noise level."""
         noise, generator = self._noise, self._generator
         factors = 1.0 + (noise.slip + slip) * effort
         distance = np.linalg.norm(steps[:, :2], axis=1)
@@ -80,8 +80,8 @@ class Wheels:
 
 
 def efforts(speed: NDArray[np.float64], turning_speed: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N, 2) shares, -1 to 1, of full acceleration and of the tyres' limit to the side, by which wheels slip,
-    in each period between speeds (N + 1,); braking is negative."""
+    """(N, 2) shares, -1 to 1, of full acceleration and of the tyres' lateral limit, which cause slip, in each
+    period between speeds (N + 1,); braking is negative."""
     acceleration = np.diff(np.abs(speed)) / (PERIOD_TICKS * TICK)
     aside = np.abs(speed * turning_speed)[1:]
     effort = np.column_stack([acceleration / MAX_ACCELERATION, aside / MAX_SIDE_ACCELERATION])
@@ -98,10 +98,10 @@ def measure_odometry(
     by_steering: bool = False,
     carried: float = 0.0,
 ) -> list[Odometry]:
-    """Odometry every 20 ms from the first pose on, in a frame that starts where the car does.
+    """Odometry every 20 ms from the first pose on, in a frame that starts at the car.
 
-    ``slip`` comes on top of the level's own. Turns are measured ``by_steering`` angle where asked for, and
-    nothing in the last ``carried`` seconds of each 30.
+    ``slip`` is added to that of the level. Turns are optionally measured ``by_steering`` angle, and nothing
+    is measured in the last ``carried`` seconds of each 30.
     """
     wheels = Wheels(level, generator)
     speed, turning_speed = drive.speed[::PERIOD_TICKS], drive.turning_speed[::PERIOD_TICKS]
@@ -119,20 +119,20 @@ def measure_odometry(
 
 
 def true_odometry(drive: CarMotion, start_ns: int) -> Iterator[Odometry]:
-    """``map_from_base`` and the twist as they are, every 20 ms."""
+    """True ``map_from_base`` and twist, every 20 ms."""
     for tick in range(0, len(drive.speed), PERIOD_TICKS):
         twist = np.array([drive.speed[tick], 0.0, drive.turning_speed[tick]])
         yield Odometry(start_ns + round(tick * TICK * 1e9), drive.map_from_base[tick], twist)
 
 
 def _true_steps(drive: CarMotion) -> Pose:
-    """(N, 3) each period's motion, seen from its beginning."""
+    """(N, 3) motion in each period, relative to its start."""
     poses = drive.map_from_base[::PERIOD_TICKS]
     return between(poses[:-1], poses[1:])
 
 
 def _steered(steps: Pose, generator: np.random.Generator) -> Pose:
-    """Steps (N, 3) whose turns follow from distance and steering angle, as the servo is told it."""
+    """Steps (N, 3) whose turns follow from distance and commanded steering angle, with its errors."""
     distance = steps[:, 0]
     is_moving = np.abs(distance) > 1e-6
     curvature = np.where(is_moving, steps[:, 2], 0.0) / np.where(is_moving, distance, 1.0)
@@ -144,5 +144,5 @@ def _steered(steps: Pose, generator: np.random.Generator) -> Pose:
 
 
 def is_carried(seconds: ArrayLike, carried: float) -> NDArray[np.bool_]:
-    """(N,) whether at times (N,) of the drive: in the last ``carried`` seconds of each 30."""
+    """(N,) whether the car is carried at times (N,): in the last ``carried`` seconds of each 30."""
     return np.asarray(np.asarray(seconds) % CARRY_PERIOD >= CARRY_PERIOD - carried)
