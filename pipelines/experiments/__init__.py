@@ -1,1 +1,1 @@
-"""The experiments of the lab report: each measures the filter in one way, as a table and figures."""
+"""The experiments of the lab report; each evaluates the filter in one way, with a table and figures."""

@@ -1,4 +1,4 @@
-"""The course's autograder: how far two filters are from the truth on a fixed drive, and the grades for it."""
+"""The course's autograder: errors of two filters on a fixed drive, and the grades for them."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -43,7 +43,7 @@ _START = (0.1, 0.1, 0.05)
 
 
 def autograde(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
-    """Three scenarios, 10 seeds each (2 on a shorter drive when quick)."""
+    """Three scenarios, 10 seeds each (2 on a shorter drive if quick)."""
     seeds, seconds = (2, 10.0) if settings.quick else (10, 30.0)
     configs = {
         scenario: config.model_copy(update={"seed": 1000 * settings.seed, "duration": seconds})
@@ -81,7 +81,7 @@ def autograde(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
 
 
 def grade_drive(config: SimulationConfig, variant: FilterSettings, seed: int) -> dict[str, Any]:
-    """One filter on one drive, started where the car starts."""
+    """Run one filter on one drive, started at the car's pose."""
     config = config.model_copy(update={"seed": config.seed + seed})
     drive = simulated_drive(_MAP, config)
     true = drive.truth.map_from_base
@@ -96,7 +96,7 @@ def grade_drive(config: SimulationConfig, variant: FilterSettings, seed: int) ->
 
 
 def graded(runs: Mapping[str, Measured]) -> dict[str, Any]:
-    """Of a scenario's runs by filter: both deviations by filter, and both grades, (seeds,) each."""
+    """Both deviations by filter, and both grades, (seeds,) each, from a scenario's runs by filter."""
     deviations = {
         figure: {name: measured[figure] for name, measured in runs.items()}
         for figure in ("deviation_m", "heading_deviation_deg")

@@ -1,4 +1,4 @@
-"""What beams and particles buy, and what they cost."""
+"""The benefit and cost of beams and particles."""
 
 from typing import Any
 
@@ -32,7 +32,7 @@ _TIMED_SCANS = 60
 
 
 def beams_and_particles(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
-    """All pairs; 3 seeds for the accuracy. When quick, fewer of both, one seed and a shorter drive."""
+    """All pairs, with 3 seeds for the accuracy; if quick, fewer pairs, one seed and a shorter drive."""
     beams = _BEAMS[::2] if settings.quick else _BEAMS
     particles = _PARTICLES[::3] if settings.quick else _PARTICLES
     seeds, seconds = (1, 6.0) if settings.quick else (3, 20.0)
@@ -59,8 +59,8 @@ def beams_and_particles(settings: ExperimentSettings, parallel: ParallelRuns) ->
 
 
 def weighed_up(figures: dict[str, Any], chosen: LocalizationConfig) -> Page:
-    """Of the beams and the particles, metres (beams, particles, seeds) and milliseconds (beams, particles),
-    beside the configuration in use."""
+    """The page for metres (beams, particles, seeds) and milliseconds (beams, particles), with the
+    configuration in use for comparison."""
     errors, leads, scatters = (
         100 * figures[each].mean(axis=2) for each in ("errors_m", "leads_m", "scatters_m")
     )
@@ -97,7 +97,7 @@ def weighed_up(figures: dict[str, Any], chosen: LocalizationConfig) -> Page:
 def _what_more_beams_do(
     beams: tuple[int, ...], leads: NDArray[np.float64], scatters: NDArray[np.float64]
 ) -> str:
-    """Why the error need not fall with more beams, of centimetres (beams,)."""
+    """Why the error need not fall with more beams, from centimetres (beams,)."""
     return (
         f"From {beams[0]} to {beams[-1]} beams the scatter along the path goes from "
         f"{scatters[0]:.1f} to {scatters[-1]:.1f} cm, and the lead, by which the estimate is ahead of "
@@ -110,7 +110,7 @@ def _what_more_beams_do(
 
 
 def _tabulate(page: Page, title: str, *values: NDArray[np.float64]) -> None:
-    """Of values (beams, particles), or of means and what they scatter by."""
+    """Add a table of values (beams, particles), or of means and their standard deviations."""
     cells = [
         [" ± ".join(f"{each:.2f}" for each in cell) for cell in row] for row in np.stack(values, axis=-1)
     ]
@@ -147,7 +147,7 @@ def _draw_heat_map(
 
 
 def drive_errors(settings: LocalizationConfig, config: SimulationConfig, seed: int) -> dict[str, float]:
-    """Metres over a drive: mean distance to the truth, lead along the path, and scatter about that."""
+    """Errors of a drive in metres: mean distance to the truth, lead along the path, and its scatter."""
     drive = simulated_drive(_MAP, config.model_copy(update={"seed": config.seed + seed}))
     estimated, true = _localize(settings, drive, len(drive.truth)).map_from_base, drive.truth.map_from_base
     ahead = between(true, estimated)[:, 0]
@@ -156,7 +156,7 @@ def drive_errors(settings: LocalizationConfig, config: SimulationConfig, seed: i
 
 
 def milliseconds(settings: LocalizationConfig, config: SimulationConfig) -> float:
-    """Of an update, the median over the first scans but those that find the start."""
+    """Median time of an update over the first scans, excluding those that find the start."""
     run = _localize(settings, simulated_drive(_MAP, config), _TIMED_SCANS)
     return float(1e3 * np.median(run.update_seconds[_TIMED_SCANS // 6 :]))
 

@@ -1,8 +1,8 @@
 """All experiments, in the order of a report.
 
-A new experiment is one module of this package, with a function of the module's name that is an `Experiment`,
-and one entry here: ``racecar experiment`` makes its command of that. The modules are imported when they run,
-as they draw with matplotlib, which would delay every ``--help``.
+A new experiment is a module of this package, with a function of the module's name that is an `Experiment`,
+and an entry here, from which ``racecar experiment`` makes its command. The modules are imported when they
+run, since they draw with matplotlib, which would delay every ``--help``.
 """
 
 from dataclasses import dataclass
@@ -15,27 +15,27 @@ if TYPE_CHECKING:
 
 
 class Uses(Flag):
-    """What an experiment depends on, and so what its command can be given."""
+    """Inputs of an experiment, and so options of its command."""
 
     NOTHING = 0
     SETTINGS = auto()
     """The localizer's settings and a seed."""
     REPETITIONS = auto()
-    """Many runs, which may be fewer or spread over a cluster."""
+    """Many runs, whose number can be reduced or which can be spread over a cluster."""
     RECORDING = auto()
-    """A recording, without which it measures nothing."""
+    """A required recording."""
     EXTRA_RECORDING = auto()
-    """A recording if there is one, with the pose at which it starts."""
+    """An optional recording, with its start pose."""
     END_POSE = auto()
-    """The pose at which the recording ends, by tape measure."""
+    """The pose at the end of the recording, by tape measure."""
 
 
 @dataclass(frozen=True)
 class ExperimentEntry:
-    """What is known of an experiment without importing it."""
+    """The description of an experiment, available without importing it."""
 
     name: str
-    """Of the command; with underscores, of the module and its function."""
+    """Name of the command; with underscores, of the module and its function."""
     uses: Uses
     help: str
     """A sentence."""

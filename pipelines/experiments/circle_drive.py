@@ -1,4 +1,4 @@
-"""A drive in circles to measure filters on: short, so that a sweep of hundreds takes a minute."""
+"""A drive in circles to evaluate filters: short, so that a sweep of hundreds takes a minute."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -17,9 +17,9 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
 SCAN_PERIOD = 50_000_000
-"""Nanoseconds: 20 Hz, the rate that the course asks for."""
+"""Nanoseconds: 20 Hz, the rate required by the course."""
 _SPEED, _RADIUS = 1.0, 1.0
-"""Metres per second and metres; a second turns the car by a radian."""
+"""Metres per second and metres; the car turns by a radian per second."""
 _BEARINGS: NDArray[np.float64] = np.radians(np.linspace(-135.0, 135.0, 541))
 _RANGE_NOISE = 0.01
 _MAX_RANGE = 10.0
@@ -27,12 +27,12 @@ _MAX_RANGE = 10.0
 
 @dataclass(frozen=True, eq=False)
 class CircleDrive:
-    """A car that drives in circles through the lab room, from the origin on and facing along x; it may be put
-    elsewhere meanwhile."""
+    """A car that drives in circles through the lab room, starting at the origin and facing along x; it may be
+    moved meanwhile."""
 
     seconds: float
     jump: ArrayLike = (0.0, 0.0, 0.0)
-    """(3,) where it is put, added to its pose; its heading must stay."""
+    """(3,) offset added to its pose; its heading must not change."""
     jump_after: float = np.inf
     """Seconds."""
     grid: OccupancyGrid = field(init=False, default_factory=partial(load_map, "lab_room"))
@@ -45,7 +45,7 @@ class CircleDrive:
         return Trajectory(stamps, poses)
 
     def messages(self, rng: np.random.Generator) -> Iterator[Measurement]:
-        """Exact odometry, which does not notice the jump, and a scan with each sample of it."""
+        """Exact odometry, which does not include the jump, and a scan with each sample."""
         truth = self.truth
         yield Odometry(0, self._circle(np.zeros(1))[0], np.zeros(3))
         for stamp, odom_from_base, pose in zip(

@@ -1,4 +1,4 @@
-"""How fast a cloud of 0.5 m collapses about the car, and how wide it stays."""
+"""How fast a cloud of 0.5 m converges to the car, and how wide it stays."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -25,14 +25,14 @@ from racecar.pipelines.runs.parallel_runs import ParallelRuns
 _SPREAD = (0.5, 0.5, 0.25)
 """Standard deviations of the start: metres, metres, radians."""
 _SECONDS, _SHOWN = 10.0, 3.0
-"""How long a drive is, and how much of it the figures show."""
+"""Seconds: duration of a drive, and of the part shown in the figures."""
 SMALL = 0.5
-"""Metres from the first to the last particle, in x and in y, that count as small."""
+"""Metres between the extreme particles, in x and in y, that count as small."""
 _FIGURES = ("seconds_until_small", "extent_afterwards_m", "deviation_afterwards_m")
 
 
 def convergence(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
-    """Both filters in the lab room, 20 seeds (3 when quick), and on a recording when there is one."""
+    """Both filters in the lab room, 20 seeds (3 if quick), and on a recording if there is one."""
     places: dict[str, Recording | None] = {"lab room": None}
     if settings.recording is not None:
         places[settings.recording.title] = settings.recording
@@ -45,7 +45,7 @@ def convergence(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
 
 
 def converge(variant: FilterSettings, recording: Recording | None, seed: int, index: int) -> dict[str, Any]:
-    """One filter from one start; the same seed and index start alike in both."""
+    """Run one filter from one start; the same seed and index give both filters the same start."""
     rng = np.random.default_rng([seed, index, 3])
     if recording is None:
         drive = CircleDrive(_SECONDS)
@@ -57,15 +57,15 @@ def converge(variant: FilterSettings, recording: Recording | None, seed: int, in
     filter_ = start_filter(variant, grid, start + off, _SPREAD, np.random.default_rng([seed, index, 4]))
     extent, deviation = cloud_spread(filter_)
     run = track(filter_, messages)
-    seconds = np.append(0.0, run.seconds + np.median(np.diff(run.seconds)))  # the first scan, a period after
+    seconds = np.append(0.0, run.seconds + np.median(np.diff(run.seconds)))  # first scan after a period
     return collapse(seconds, np.vstack([extent, run.extents]), np.append(deviation, run.deviations))
 
 
 def collapse(
     seconds: NDArray[np.float64], extents: NDArray[np.float64], deviations: NDArray[np.float64]
 ) -> dict[str, Any]:
-    """Of a cloud over times (S,): its extents (S, 2) and deviations (S,), from when on the extent stays small
-    in x and in y (nan when it does not), and both over the last half."""
+    """Figures of a cloud over times (S,): its extents (S, 2) and deviations (S,), the time after which the
+    extent stays small in x and in y (nan if it does not), and the means of both over the last half."""
     first = int(np.max(np.flatnonzero(np.any(extents >= SMALL, axis=1)), initial=-1)) + 1
     half = len(seconds) // 2
     return {
@@ -79,7 +79,7 @@ def collapse(
 
 
 def converged(runs: Mapping[tuple[str, str], Measured]) -> Page:
-    """Of what was measured, by where it was driven and by filter."""
+    """The page for the runs by place and filter."""
     places = list(dict.fromkeys(place for place, _ in runs))
     page = Page(
         "Convergence: from a spread of 0.5 m",
@@ -122,7 +122,7 @@ def converged(runs: Mapping[tuple[str, str], Measured]) -> Page:
 
 
 def _draw(page: Page, runs: Mapping[tuple[str, str], Measured], places: list[str]) -> None:
-    """The clouds over time, a figure for each place."""
+    """Draw the clouds over time, one figure per place."""
     for number, place in enumerate(places, start=1):
         shows = (
             f"The cloud over time, {place}: above its extent, the larger of x and y; below its standard "

@@ -1,4 +1,4 @@
-"""What an experiment is, and what it is given."""
+"""The interface of an experiment."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,15 +12,15 @@ from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 @dataclass(frozen=True)
 class ExperimentSettings:
-    """What every experiment is given."""
+    """The inputs of every experiment."""
 
     localization: LocalizationConfig
     seed: int
     quick: bool
-    """Fewer repetitions and shorter drives: to see that all works, not to draw conclusions from."""
+    """Fewer repetitions and shorter drives: to check that everything works, not to draw conclusions."""
     recording: Recording | None = None
-    """Of one's own."""
+    """The user's own."""
 
 
 Experiment: TypeAlias = Callable[[ExperimentSettings, ParallelRuns], Page]
-"""It measures, and tells what came out."""
+"""Measures, and returns a page with the results."""

@@ -1,4 +1,4 @@
-"""The two filters that the experiments compare, runs of them over drives, and drives over cases and seeds."""
+"""The two filters compared by the experiments, runs of them over drives, and sweeps over cases and seeds."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -29,25 +29,25 @@ FilterSettings: TypeAlias = LocalizationConfig | CourseSettings
 Filter: TypeAlias = Localizer | CourseFilter
 Estimate: TypeAlias = PoseEstimate | CourseEstimate
 Measured: TypeAlias = Mapping[str, NDArray[np.float64]]
-"""What was measured of a case, by name: (seeds, ...)."""
+"""Results for a case, by name: (seeds, ...)."""
 
 _EVERY = 2
-"""Of 40 scans a second, 20 are used: the rate that the course asks for."""
+"""20 of 40 scans a second are used, the rate required by the course."""
 
 
 def both_filters(settings: LocalizationConfig) -> dict[str, FilterSettings]:
-    """By name."""
+    """Both filters by name."""
     return {OURS_NAME: settings, COURSE_NAME: CourseSettings()}
 
 
 def with_motion_noise(settings: LocalizationConfig, noise: float) -> LocalizationConfig:
-    """All four of the motion model's noises set to one value, and no slip beside them."""
+    """The settings with all four noises of the motion model set to one value, and without slip."""
     kinds = ("turn_noise_per_turn", "turn_noise_per_metre", "path_noise_per_metre", "path_noise_per_turn")
     return settings.model_copy(update={**dict.fromkeys(kinds, noise), "slip": 0.0})
 
 
 def with_particles(settings: LocalizationConfig, particles: int, **others: Any) -> LocalizationConfig:
-    """So many particles, no more and no fewer, and other settings."""
+    """The settings with a fixed number of particles, and other changes."""
     counts = ("particles", "fewest_particles", "scattered_particles")
     return settings.model_copy(update={**dict.fromkeys(counts, particles), **others})
 
@@ -59,7 +59,7 @@ def start_filter(
     deviations: tuple[float, float, float],
     rng: np.random.Generator,
 ) -> Filter:
-    """The filter that has these settings, its particles spread normally about a pose (3,)."""
+    """A filter with these settings, its particles drawn from a normal distribution about a pose (3,)."""
     filter_: Filter
     if isinstance(settings, CourseSettings):
         filter_ = CourseFilter(grid, settings, rng)
@@ -78,9 +78,9 @@ class Track:
     map_from_base: Pose
     """(S, 3)"""
     extents: NDArray[np.float64]
-    """(S, 2) metres from the first to the last particle, in x and in y."""
+    """(S, 2) metres between the extreme particles, in x and in y."""
     deviations: NDArray[np.float64]
-    """(S,) metres of standard deviation of the particles' place, both axes together."""
+    """(S,) standard deviation in metres of the particles' positions, both axes combined."""
     effective_sizes: NDArray[np.float64]
     """(S,) effective sample sizes."""
     update_seconds: NDArray[np.float64]
@@ -98,7 +98,7 @@ def track(
     messages: Iterable[Measurement],
     watch: Callable[[Scan, Estimate], None] = lambda scan, estimate: None,
 ) -> Track:
-    """Feed messages with scans in them to a filter; ``watch`` sees every scan and its estimate too."""
+    """Run a filter on messages that include scans; ``watch`` also receives every scan and its estimate."""
     consumer: ScanConsumer[Estimate] = filter_
     rows = []
     for replayed in replay(messages, consumer):
@@ -111,7 +111,7 @@ def track(
 
 
 def cloud_spread(filter_: Filter) -> tuple[NDArray[np.float64], float]:
-    """The extent (2,) of the particles and the standard deviation of their place, metres."""
+    """The extent (2,) of the particles and the standard deviation of their positions, metres."""
     particles, weights = filter_.particles()
     places = particles[:, :2]
     variance = weights @ np.sum((places - weights @ places) ** 2, axis=1)
@@ -125,7 +125,7 @@ def place_errors(estimated: Pose, true: Pose) -> NDArray[np.float64]:
 
 
 def heading_errors(estimated: Pose, true: Pose) -> NDArray[np.float64]:
-    """(S,) degrees between poses (S, 3), not signed."""
+    """(S,) degrees between poses (S, 3), unsigned."""
     return np.degrees(np.abs(wrap_angle(estimated[:, 2] - true[:, 2])))
 
 
@@ -136,18 +136,18 @@ def sweep(
     cases: Mapping[_K, tuple[Any, ...]],
     seeds: int,
 ) -> dict[_K, Measured]:
-    """What ``measure(*case, seed)`` says of each case with each of so many seeds, in parallel."""
+    """Results of ``measure(*case, seed)`` for each case and each of ``seeds`` seeds, in parallel."""
     arguments = [(*case, seed) for case in cases.values() for seed in range(seeds)]
     done = iter(parallel.run(what, measure, arguments))
     return {name: over_seeds([next(done) for _ in range(seeds)]) for name in cases}
 
 
 def over_seeds(runs: list[Mapping[str, Any]]) -> Measured:
-    """The same figures of each run, together."""
+    """Stack each result over the runs."""
     return {figure: np.array([run[figure] for run in runs]) for figure in runs[0]}
 
 
 @lru_cache(maxsize=4)
 def simulated_drive(map_name: str, config: SimulationConfig) -> SimulatedDrive:
-    """A drive through a shipped map; a process that is asked again has it at hand."""
+    """A drive through a shipped map, cached per process."""
     return simulate_drive(load_map(Path(map_name)), config, every=_EVERY)

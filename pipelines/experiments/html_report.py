@@ -1,4 +1,4 @@
-"""All experiments on one page that needs no other file."""
+"""All experiments on one self-contained page."""
 
 from base64 import b64encode
 from collections.abc import Iterator, Mapping
@@ -25,7 +25,7 @@ nav ol { padding-left: 1.2rem; } a { color: #0072B2; }
 
 
 def html_report(experiments: Mapping[str, Page], settings: ExperimentSettings) -> str:
-    """The page; figures are held in it, so that one file can be handed in."""
+    """The page with embedded figures, so that a single file can be handed in."""
     contents = "\n".join(
         f'<li><a href="#{name}">{escape(result.title)}</a></li>' for name, result in experiments.items()
     )

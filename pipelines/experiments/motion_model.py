@@ -1,4 +1,4 @@
-"""The motion model in pictures: what a cloud becomes along a path when no scan corrects it."""
+"""Pictures of the motion model: the cloud along a path without corrections by scans."""
 
 from collections.abc import Iterator, Mapping
 
@@ -19,12 +19,12 @@ from racecar.sensors.scan import Scan
 _SPEED, _RADIUS, _PERIOD = 2.0, 2.0, 0.05
 """Metres per second, metres, seconds."""
 _SECTIONS = ((2.0, 0.0), (np.pi * _RADIUS / 2, 1.0 / _RADIUS), (1.0, 0.0))
-"""Metres of path, and the turn per metre: straight, a quarter of a circle, straight."""
+"""Metres of path, and turn per metre: straight, a quarter of a circle, straight."""
 _SHOWN_AFTER = (0.0, 2.0, 3.6, 5.1, 6.1)
 """Metres of path."""
 _PARTICLES = 1000
 _TINY = 1e-9
-"""Metres and radians: no noise, to a filter that divides by it."""
+"""Metres and radians: practically no noise, for a filter that divides by it."""
 
 
 def motion_model(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
@@ -76,7 +76,7 @@ def _draw(page: Page, all_clouds: Mapping[str, list[Pose]]) -> None:
 
 
 def drive_blindly(settings: LocalizationConfig, seed: int) -> list[Pose]:
-    """The particles after each of the lengths that are shown."""
+    """The particles after each of the lengths shown."""
     settings = with_particles(settings, _PARTICLES)
     localizer = Localizer(_empty_floor(), settings, np.random.default_rng([seed, 6]))
     path = _path()
@@ -92,7 +92,7 @@ def drive_blindly(settings: LocalizationConfig, seed: int) -> list[Pose]:
 
 
 def _messages(path: Pose) -> Iterator[tuple[Odometry, Scan]]:
-    """Odometry, and scans none of whose beams returned."""
+    """Odometry, and scans without any return."""
     bearings: NDArray[np.float64] = np.linspace(-1.0, 1.0, 11)
     nothing = np.full(len(bearings), np.nan)
     for index, pose in enumerate(path):
@@ -116,7 +116,7 @@ def _length() -> float:
 
 def _empty_floor() -> OccupancyGrid:
     cells = np.full((160, 180), FREE, dtype=np.int8)
-    cells[0, 0] = OCCUPIED  # which no scan sees: a map without any wall is refused
+    cells[0, 0] = OCCUPIED  # not seen by any scan: a map without any wall is rejected
     return OccupancyGrid(cells, 0.1, np.array([-6.0, -6.0, 0.0]))
 
 

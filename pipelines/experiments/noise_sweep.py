@@ -1,4 +1,4 @@
-"""How much motion noise a filter should assume: the pose stepped from (0, 0, 0) to (1, 1, 0)."""
+"""How much motion noise a filter should assume: the response to a step from (0, 0, 0) to (1, 1, 0)."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -32,17 +32,17 @@ from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 NOISES = (0.02, 0.10, 0.25, 0.5, 0.75, 1.0)
-"""Standard deviations, metres and radians: after a metre or radian for ours, per update for the course."""
+"""Standard deviations in metres and radians: per metre or radian for ours, per update for the course."""
 JUMP = np.array([1.0, 1.0, 0.0])
-"""(3,) metres and radians, as the course sets it."""
+"""(3,) metres and radians, as set by the course."""
 _SECONDS, _JUMP_AFTER = 12.0, 2.0
-"""How long a drive is, and when the jump comes."""
+"""Seconds: duration of a drive, and time of the jump."""
 _AVERAGED = 20
 """Scans in the running average."""
 _WITHIN = 0.25
-"""Metres: an estimate whose running average stays this near the car's place has converged."""
+"""Metres: an estimate has converged when its running average stays this close to the car's place."""
 _FASTEST = np.ceil(_AVERAGED * (1.0 - _WITHIN)) * SCAN_PERIOD * 1e-9
-"""Seconds until the average of an estimate that follows at once is near enough."""
+"""Seconds until the running average is close enough if the estimate follows at once."""
 _HARDLY = 0.01
 """Metres between the mean errors of the best and the worst noise, below which the choice hardly matters."""
 _START = (0.05, 0.05, 0.05)
@@ -50,14 +50,14 @@ _START = (0.05, 0.05, 0.05)
 
 
 Responses: TypeAlias = Mapping[str, Mapping[float, Measured]]
-"""What `step_response` measures, by the filter's name and the noise."""
+"""Results of `step_response`, by filter name and noise."""
 _OWNERS = {OURS_NAME: "this library's", COURSE_NAME: "the course's"}
 _FIGURES = {"seconds_to_converge": 2, "spread": 4, "mean_error": 3}
-"""What is told of each, with so many digits."""
+"""Results in the tables, and their number of digits."""
 
 
 def noise_sweep(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
-    """Both filters, each noise, 20 seeds (2 when quick)."""
+    """Both filters, each noise, 20 seeds (2 if quick)."""
     cases = {
         (name, noise): (variant, settings.seed)
         for noise in NOISES
@@ -71,7 +71,7 @@ def noise_sweep(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
 
 
 def swept(responses: Responses) -> Page:
-    """Of step responses."""
+    """The page for step responses."""
     seeds = len(responses[OURS_NAME][NOISES[0]]["spread"])
     page = Page(
         "Motion noise: how fast the estimate follows, and how much it then scatters",
@@ -117,7 +117,7 @@ def swept(responses: Responses) -> Page:
 
 
 def best(by_noise: Mapping[float, Measured]) -> float:
-    """The least noise whose mean error after the jump is the smallest, but for what chance explains."""
+    """The smallest noise whose mean error after the jump is the lowest within the limits of chance."""
     errors = {noise: run["mean_error"] for noise, run in by_noise.items()}
     lowest = min(errors.values(), key=np.mean)
     chance = 2.0 * lowest.std() / np.sqrt(len(lowest))
@@ -146,7 +146,7 @@ def _choice(name: str, by_noise: Mapping[float, Measured]) -> str:
 
 
 def _why_the_course_is_fast(responses: Responses) -> list[str]:
-    """Where the course's filter converges sooner, what that is owed to, and what it costs."""
+    """If the course's filter converges sooner, the reason and the cost of that."""
     by_speed = {
         name: min((_seconds(run), noise, 100 * run["spread"].mean()) for noise, run in by_noise.items())
         for name, by_noise in responses.items()
@@ -169,7 +169,7 @@ def _why_the_course_is_fast(responses: Responses) -> list[str]:
 
 
 def _seconds(run: Measured) -> float:
-    """Until the filter has converged; infinite where it does not with some seed."""
+    """Mean seconds until the filter has converged; infinite if it does not with some seed."""
     return float(np.nan_to_num(run["seconds_to_converge"], nan=np.inf).mean())
 
 
@@ -225,7 +225,7 @@ def _draw_trace(axes: Axes, x: NDArray[np.float64], color: str) -> None:
 
 
 def step_response(variant: FilterSettings, seed: int, index: int) -> dict[str, Any]:
-    """One drive with a jump; the seeds 0, 1, 2, … of all variants see the same scans."""
+    """Run one drive with a jump; the seeds 0, 1, 2, … of all variants see the same scans."""
     drive = _drive()
     truth = drive.truth
     filter_ = start_filter(variant, drive.grid, IDENTITY, _START, np.random.default_rng([seed, index, 1]))
@@ -240,8 +240,8 @@ def _drive() -> CircleDrive:
 
 
 def measure_step(offsets: NDArray[np.float64], is_after: NDArray[np.bool_]) -> dict[str, Any]:
-    """Of an estimate less where the car would be without the jump (S, 2), which should go from 0 to 1, and
-    which (S,) are after it."""
+    """Results from offsets (S, 2) of an estimate to the car's place without the jump, which should go from 0
+    to 1, and which of them (S,) are after the jump."""
     errors = offsets[is_after] - JUMP[:2]
     averaged = np.column_stack([running_mean(axis) for axis in offsets.T])[-len(errors) :] - JUMP[:2]
     is_far = np.any(np.abs(averaged) > _WITHIN, axis=1)
@@ -257,5 +257,5 @@ def measure_step(offsets: NDArray[np.float64], is_after: NDArray[np.bool_]) -> d
 
 
 def running_mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N - 19,) the mean of each value and the 19 before it."""
+    """(N - 19,) means of each value and the 19 before it."""
     return np.convolve(values, np.full(_AVERAGED, 1.0 / _AVERAGED), mode="valid")

@@ -1,6 +1,6 @@
-"""What an experiment gives: figures for people, for programs and for the report.
+"""The results of an experiment, for people, for programs and for the report.
 
-Pictures are as wide as a column of a paper, in colours for everyone.
+Figures have the column width of a paper, and colours that colour-blind people can distinguish.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,15 +25,15 @@ from racecar.pipelines.files.pictures.map_picture import draw_grid
 BLACK, ORANGE, GREEN, BLUE, VERMILLION, PURPLE = (
     *("#000000", "#E69F00", "#009E73", "#0072B2", "#D55E00", "#CC79A7"),
 )
-"""Okabe and Ito's palette, without its yellow and sky blue, which are light for lines on white."""
+"""Okabe and Ito's palette, without its yellow and sky blue, which are too light for lines on white."""
 OURS, COURSE, TRUTH = BLUE, VERMILLION, BLACK
 OURS_NAME, COURSE_NAME = "racecar", "course"
 COLORS: Mapping[str, str] = {OURS_NAME: OURS, COURSE_NAME: COURSE}
-"""By name of the filter."""
+"""By filter name."""
 MAP_OF_NUMBERS = "cividis"
 _COLUMN_MM, _MM_PER_INCH = 85.0, 25.4
 _AXES_MM = 72.0
-"""Of the column's width, what numbers and the name of the axis leave."""
+"""Width of the axes: that of a column minus the tick labels and the axis label."""
 _DOTS_PER_INCH = 300
 _STYLE: Any = {
     "font.size": 8,
@@ -53,12 +53,12 @@ _STYLE: Any = {
     "legend.frameon": False,
     "lines.linewidth": 1.2,
     "lines.markersize": 4,
-    "svg.hashsalt": "racecar",  # else the names inside an SVG differ from run to run
+    "svg.hashsalt": "racecar",  # otherwise the ids inside an SVG differ between runs
 }
 
 
 class Picture(NamedTuple):
-    """A figure, drawn: its file name without suffix, what it shows, and its bytes in both formats."""
+    """A rendered figure: its file name without suffix, its caption, and its bytes in both formats."""
 
     name: str
     shows: str
@@ -67,7 +67,7 @@ class Picture(NamedTuple):
 
 
 class FigureTable(NamedTuple):
-    """Figures in rows, already written out; the columns have their units."""
+    """Rows of formatted figures; the columns state their units."""
 
     title: str
     columns: Sequence[str]
@@ -75,25 +75,25 @@ class FigureTable(NamedTuple):
 
 
 class Page:
-    """What is known after an experiment."""
+    """The results of an experiment."""
 
     def __init__(self, title: str, *text: str) -> None:
-        """A headline, and paragraphs: what was done and what came out."""
+        """A headline, and paragraphs on the method and the results."""
         self.title, self.text = title, list(text)
         self.tables: list[FigureTable] = []
         self.pictures: list[Picture] = []
         self.figures: dict[str, Any] = {}
-        """All figures, for a JSON file; those under ``measured_times`` differ from run to run."""
+        """All figures, for a JSON file; those under ``measured_times`` differ between runs."""
 
     def table(self, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-        """Add the figures for people."""
+        """Add a table for people."""
         self.tables.append(FigureTable(title, columns, rows))
 
     @contextmanager
     def draw(self, name: str, height_mm: float, shows: str, legend_columns: int = 0) -> Iterator[Figure]:
-        """Yield a figure of a column's width in the common style; what is drawn in the block has it too.
+        """Yield a figure of a column's width; the common style applies within the block.
 
-        Then it is added, with a legend if that has columns; the same figure gives the same bytes.
+        It is then added, with a legend if that has columns; the same figure gives the same bytes.
         """
         with matplotlib.rc_context(_STYLE):
             figure = Figure(
@@ -109,9 +109,9 @@ class Page:
             self.pictures.append(Picture(name, shows, png.getvalue(), svg.getvalue()))
 
     def save(self, name: str, folder: Path) -> None:
-        """Write the pictures as PNG and SVG and all else as Markdown into an existing folder.
+        """Write the figures as PNG and SVG, and all else as Markdown, into an existing folder.
 
-        Raises UserError when the place cannot be written to.
+        Raises UserError when the files cannot be written.
         """
         parts = [f"# {self.title}", *self.text]
         for title, columns, rows in self.tables:
@@ -127,21 +127,21 @@ class Page:
 
 
 def height_of_map(low: Sequence[float], high: Sequence[float], around_mm: float) -> float:
-    """Millimetres of a figure of a column's width whose only axes show a map between two corners (2,),
-    with so much around it for labels and a legend: no more than the map fills."""
+    """Height in millimetres of a figure of a column's width that shows a map between two corners (2,), with
+    ``around_mm`` for labels and a legend: no more than the map fills."""
     width, height = (float(last - first) for first, last in zip(low, high, strict=True))
     return min(_AXES_MM * height / width, _COLUMN_MM) + around_mm
 
 
 def draw_map(axes: Axes, grid: OccupancyGrid, low: Sequence[float], high: Sequence[float]) -> None:
-    """The map between two corners (2,), to draw on; its axes are metres."""
+    """Draw the map between two corners (2,); the axes are in metres."""
     draw_grid(axes, grid)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     axes.grid(visible=False)
 
 
 def _add_legend_below(figure: Figure, columns: int) -> None:
-    """One legend for all axes, under them, where it covers nothing; each label once."""
+    """Add one legend for all axes, below them, where it covers nothing; each label once."""
     entries: dict[str, Any] = {}
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -150,13 +150,13 @@ def _add_legend_below(figure: Figure, columns: int) -> None:
 
 
 def show_plain_ticks(axis: Axis, values: Sequence[float]) -> None:
-    """Ticks at round values of a logarithmic axis, written as people write numbers."""
+    """Set plain decimal ticks on a logarithmic axis."""
     axis.set_major_locator(FixedLocator(values))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_locator(NullLocator())
 
 
 def plus_minus(values: NDArray[np.float64], digits: int) -> str:
-    """Mean and standard deviation of those that are finite."""
+    """Mean and standard deviation of the finite values."""
     known = values[np.isfinite(values)]
     return f"{known.mean():.{digits}f} ± {known.std():.{digits}f}" if len(known) else "–"

@@ -1,4 +1,4 @@
-"""A drive without truth: what can still be said of how well the car was found."""
+"""A drive without ground truth: other measures of how well the car was localized."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -40,21 +40,21 @@ _VIEW = 6.0
 
 @dataclass(frozen=True, eq=False)
 class LocalizedRecording:
-    """What the filter did on a recording."""
+    """The filter's results on a recording."""
 
     recording: Recording
     run: Track
     path_metres: float
     shares_on_wall: NDArray[np.float64]
-    """(S,) share of the end points within 10 cm of a wall, nan where a scan has none."""
+    """(S,) share of the end points within 10 cm of a wall, nan for scans without any."""
     moments: Sequence[Moment]
-    """Scans evenly along the path."""
+    """Scans at equal intervals along the path."""
 
 
 def real_run(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
-    """Localize over a recording, from where it starts if that is known, else from anywhere.
+    """Localize on a recording, from its start pose if that is known, else globally.
 
-    Without a recording a simulated drive stands in.
+    Without a recording a simulated drive is used.
     """
     seconds = _QUICK_STAND_IN_SECONDS if settings.quick else _STAND_IN_SECONDS
     recording = settings.recording or stand_in(settings.seed, seconds)
@@ -64,7 +64,7 @@ def real_run(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
 def localized(
     recording: Recording, settings: ExperimentSettings, parallel: ParallelRuns
 ) -> LocalizedRecording:
-    """Run the filter over a recording."""
+    """Run the filter on a recording."""
     warm_up(settings.localization)
     localizer = Localizer(recording.grid, settings.localization, np.random.default_rng([settings.seed, 7]))
     if recording.start is not None:
@@ -84,7 +84,7 @@ def localized(
 
 
 def seen(found: LocalizedRecording) -> Page:
-    """What a run shows."""
+    """The page for a run."""
     recording, run, last = found.recording, found.run, found.run.map_from_base[-1]
     page = Page("A run without truth", _what_was_seen(found))
     page.figures |= {
@@ -193,7 +193,7 @@ def _draw_overlays(page: Page, found: LocalizedRecording) -> None:
             axes.quiver(x, y, np.cos(yaw), np.sin(yaw), color=BLUE, scale=8, width=0.02, zorder=5)
             seconds = (moment.stamp - found.run.stamps[0]) * 1e-9
             axes.set_title(f"{number}: {seconds:.0f} s, {moment.share_on_wall:.0%} on walls", fontsize=7)
-        for axes in panels.flat[len(found.moments) :]:  # of a drive of fewer scans
+        for axes in panels.flat[len(found.moments) :]:  # if there were fewer scans
             axes.set_axis_off()
         for axes in panels[-1]:
             axes.set_xlabel("x (m)")

@@ -1,4 +1,4 @@
-"""A recording to measure a filter on: a bag and the map it was driven on, or a simulated drive."""
+"""A recording to evaluate a filter on: a bag and the map it was driven on, or a simulated drive."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -26,29 +26,29 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
 _SEARCHED = 60.0
-"""Seconds of the recording in which its start is searched for: by judgement, as wheels lead back from there
-to within a metre, which the first scan corrects."""
+"""Seconds of the recording in which its start is searched for. Chosen by judgement: wheel odometry leads back
+from there to within a metre, which the first scan corrects."""
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What a car recorded, and what is known of where it was."""
+    """A recording, and what is known about the car's pose in it."""
 
     title: str
-    """What it is, in a few words."""
+    """A short description."""
     grid: OccupancyGrid
-    """The map to find the car on."""
+    """The map to localize on."""
     messages: Callable[[], Iterable[Measurement]]
-    """Read from the beginning, in the order of time."""
+    """Reads the messages from the beginning, in time order."""
     start: Pose | None
-    """(3,) where the car is at the first scan; None when it is not known."""
+    """(3,) the car's pose at the first scan; None if unknown."""
     end: Sequence[float] | None = None
-    """Where the car is at the last scan by tape measure: x, y and, if it was measured, yaw."""
+    """The car's place at the last scan by tape measure: x, y and, if it was measured, yaw."""
     is_real: bool = True
-    """Whether a car was driven for it."""
+    """Whether it was recorded on a real car."""
 
     def first(self, seconds: float) -> list[Measurement]:
-        """The messages of the first seconds."""
+        """The messages of the first ``seconds`` seconds."""
         messages: list[Measurement] = []
         for message in self.messages():
             if messages and message.stamp > messages[0].stamp + int(seconds * 1e9):
@@ -64,10 +64,10 @@ def bag_recording(
     initial_pose: Sequence[float] | None = None,
     end_pose: Sequence[float] | None = None,
 ) -> Recording:
-    """A bag of one's own, ``opened`` as the user wants it read.
+    """A user's bag; ``opened`` opens it with the user's options.
 
-    It starts at the initial pose or, if it made the map, where it did then. Raises UserError for any
-    fault of bag or map.
+    It starts at the initial pose or, if the map was made from it, at its start there. Raises UserError for
+    any fault of bag or map.
     """
     grid = load_map(map)
     with opened() as reader:
@@ -87,7 +87,7 @@ def bag_recording(
 
 
 def stand_in(seed: int, seconds: float) -> Recording:
-    """A simulated drive with people around, where no recording was given."""
+    """A simulated drive with people around, for when no recording is given."""
     config = SimulationConfig(noise=NoiseLevel.FULL, seed=seed, duration=seconds, walkers=4, max_speed=2.0)
     drive = simulated_drive("building", config)
     title = "a simulated drive through the shipped building with four people about"
@@ -96,10 +96,10 @@ def stand_in(seed: int, seconds: float) -> Recording:
 
 
 def with_known_start(recording: Recording, config: LocalizationConfig, seed: int) -> Recording:
-    """The recording with its start, searched for on all of the map if it is not known.
+    """The recording with its start, searched for on the whole map if unknown.
 
-    The wheels lead back to it from where the car was first known to be, and the first scan corrects it.
-    Raises UserError when the drive is not localized, or there are no wheels.
+    Wheel odometry leads back to it from the first known pose of the car, and the first scan corrects it.
+    Raises UserError when the drive is not localized, or there is no odometry.
     """
     if recording.start is not None:
         return recording

@@ -1,4 +1,4 @@
-"""The sensor model in pictures: the table as a surface, and a slice of it with its four parts."""
+"""Pictures of the sensor model: the table as a surface, and a slice of it with its four components."""
 
 import numpy as np
 from matplotlib.colors import LogNorm
@@ -20,9 +20,9 @@ from racecar.pipelines.runs.evaluation.course_filter import Z_MAX, mixture_parts
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 _SLICE = 100
-"""Pixels that the map says in the slice."""
+"""Expected range of the slice in pixels, by the map."""
 _SMALL = 0.8
-"""Share of what is measured that counts as much too short."""
+"""Share of the expected range below which a reading counts as much too short."""
 
 
 def sensor_model(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
@@ -83,7 +83,7 @@ def _draw(page: Page, table: NDArray[np.float64]) -> None:
         axes.set(xlabel="map says d (px)", ylabel="measured z (px)", zlabel="probability")
         axes.view_init(elev=32, azim=-125)
         axes.set_box_aspect((1.0, 1.0, 0.65), zoom=0.9)
-        figure.set_layout_engine("none")  # it leaves the labels of a 3D plot outside
+        figure.set_layout_engine("none")  # it would leave the labels of a 3D plot outside
         axes.set_position((0.1, 0.0, 0.82, 1.0))
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(MultipleLocator(50))

@@ -12,7 +12,7 @@ REPOSITORY = Path(__file__).parents[2]
 ROOMS = ("maps", "sensors", "mapping", "localization", "pipelines", "benchmarks")
 ROOMS_IN_PLAIN_ENGLISH = (
     *("maps", "sensors", "mapping", "localization"),
-    *("pipelines/bags", "pipelines/live", "pipelines/runs", "pipelines/simulation"),
+    *("pipelines/bags", "pipelines/experiments", "pipelines/live", "pipelines/runs", "pipelines/simulation"),
 )
 NOT_YET = ("sensors/sentences.py",)
 """Their docstrings are not read yet."""
