@@ -27,5 +27,5 @@ cli.complete(app, TITLE)
 
 
 def run(arguments: list[str]) -> int:
-    """Run one and return its exit code; errors become one sentence on stderr."""
+    """Run one benchmark and return its exit code; errors become one sentence on stderr."""
     return cli.run(arguments, app, TITLE)

@@ -1,10 +1,10 @@
-"""What is said of each finding, by its name: what is wrong, and what to do about it."""
+"""The sentences for each finding, by its name: what is wrong, and what to do about it."""
 
 from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
 Sentences: TypeAlias = tuple[str, str]
-"""What is wrong, and the remedy; in braces stand the numbers of the finding."""
+"""The problem and the remedy, with the finding's numbers in braces."""
 
 ONE_CLOCK = "Stamp all messages by one clock (chrony, or drivers on one computer)."
 """The remedy for clocks that differ."""
@@ -12,7 +12,7 @@ ONE_CLOCK = "Stamp all messages by one clock (chrony, or drivers on one computer
 _BY_SCANS_ALONE = (
     "the motion is estimated from the scans alone, which fails along bare corridors and in fast turns"
 )
-"""What comes of odometry that is missing, or not used."""
+"""The consequence of odometry that is missing or not used."""
 _COPY_AGAIN = "Copy the bag again from where it was recorded."
 _SET_QUATERNION = "set the pose's quaternion (w = 1 for no rotation)."
 _SET_ANGLES = "Correct angle_min, angle_max and angle_increment"
@@ -82,7 +82,7 @@ COUNTED: Mapping[str, Sentences] = {
         "taken for walls.",
     ),
 }
-"""Of what was mended or dropped while reading, and counted under these names."""
+"""Counted while reading, under these names: what was corrected or dropped."""
 
 _BAG: Mapping[str, Sentences] = {
     "bag_damaged": ("{loss}", _COPY_AGAIN),
@@ -496,7 +496,7 @@ _LIVE: Mapping[str, Sentences] = {
         "",
     ),
 }
-"""Of what nodes hear while the car drives."""
+"""Reported by nodes while the car drives."""
 
 SENTENCES: Mapping[str, Sentences | Callable[..., Sentences]] = {
     **COUNTED,

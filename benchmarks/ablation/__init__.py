@@ -1,1 +1,1 @@
-"""What each mechanism of the localizer is good for: the same drives with one, or a group of them, off."""
+"""Ablation of the localizer: the same drives with one mechanism, or a group of them, off."""

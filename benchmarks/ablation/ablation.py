@@ -1,4 +1,4 @@
-"""What each mechanism of the localizer is good for: the same drives and seeds with it and without."""
+"""Ablation of the localizer: the same drives and seeds with and without each mechanism."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -22,7 +22,7 @@ from racecar.localization.localizer import Localizer
 from racecar.localization.recovery import perception
 
 _MAPS_REMEMBERED = 3
-"""Maps whose survey is kept, some bytes a cell, since few variants have another than the default."""
+"""Maps whose survey is cached, a few bytes per cell, since few variants use another than the default."""
 _EVERYTHING = "default"
 
 
@@ -88,7 +88,7 @@ def ablation(
 def localized(
     drive_and_seed: tuple[AblationDrive, int], variant: Variant, settings: LocalizationConfig
 ) -> DriveFigures:
-    """A drive by a new localizer, whose chance the seed is."""
+    """Localize a drive with a new localizer; the seed is also that of its random numbers."""
     drive, seed = drive_and_seed
     with variant.in_place():
         localizer = Localizer(drive.grid, variant.configured(settings), np.random.default_rng(seed))
@@ -96,14 +96,14 @@ def localized(
 
 
 def differences(rows: Mapping[str, Mapping[str, DriveFigures]]) -> dict[str, Difference]:
-    """By what was off, of drives by seed and what was off."""
+    """Differences by mechanism that is off, from figures by drive with its seed and by mechanism."""
     off = [name for name in next(iter(rows.values())) if name != _EVERYTHING]
     default = [by_variant[_EVERYTHING] for by_variant in rows.values()]
     return {name: difference(default, [by_variant[name] for by_variant in rows.values()]) for name in off}
 
 
 def _effects(found: Mapping[str, Difference]) -> dict[str, str]:
-    """On which kinds of drive a mechanism pays or costs, and on how many it does neither."""
+    """The kinds of drive on which a mechanism helps or hurts, and the number on which it does neither."""
     on: dict[str, list[str]] = {effect.value: [] for effect in Effect}
     for kind, each in found.items():
         on[each.effect].append(f"{kind} {each.difference_m[0]:+.4f}")
@@ -113,9 +113,9 @@ def _effects(found: Mapping[str, Difference]) -> dict[str, str]:
 
 @contextmanager
 def _surveying_once() -> Iterator[None]:
-    """What a localizer derives from a map is derived once for all localizers within the block.
+    """Within the block, the data a localizer derives from a map is computed once for all localizers.
 
-    It takes longer than many a drive, and depends on the map and its settings only.
+    It takes longer than many a drive, and depends only on the map and its settings.
     """
     remember = lru_cache(maxsize=_MAPS_REMEMBERED)
     derived = ("Walls", "find_free_space", "LikelihoodField", "PlaceSearch")

@@ -1,4 +1,4 @@
-"""A drive that is localized again and again with one thing off, and how well that went."""
+"""A drive that is localized repeatedly with one thing off, and the resulting figures."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,38 +18,38 @@ from racecar.pipelines.bags.replay import replay
 from racecar.sensors.measurement import Measurement
 
 _WORST = 1.0
-"""Metres that an error counts as at most, since a car that is lost is lost however far off: one such drive
-would drown what all others show. A pose that is said to be lost is of no more use, and counts as much."""
+"""Metres at which an error is capped, since a lost car is lost however far off it is; one such drive would
+dominate all others. A pose reported as lost is just as useless and counts the same."""
 _SAID_LOST = 0.9
-"""Probability of being lost from which on a pose is: after a start no scan has said yet that it is not."""
+"""Probability above which a pose is reported as lost: after a start, no scan has ruled it out yet."""
 
 
 @dataclass(frozen=True)
 class DriveFigures:
-    """How well a drive was localized."""
+    """The accuracy on one drive."""
 
     error_m: Annotated[float, Column("error (m)", ".4f")]
-    """Mean over the scans whose true pose is known, none of which counts as more than a metre; those count as
-    that at which the car was said to be lost."""
+    """Mean over the scans with a known true pose, each capped at one metre; scans at which the car was
+    reported as lost count as that."""
     share_lost: Annotated[float, Column("lost", ".1%")]
-    """Of these scans, with an error of half a metre or more, or said to be lost."""
+    """Share of these scans with an error of half a metre or more, or reported as lost."""
     starts: Annotated[int, Column("starts")]
-    """How often the place was searched for."""
+    """Number of place searches."""
 
 
 @dataclass(frozen=True, eq=False)
 class AblationDrive:
-    """What a car recorded, and where it was on the map that it is looked for on."""
+    """A recorded drive, and the true poses on the map used for localization."""
 
     grid: OccupancyGrid
     messages: Sequence[Measurement]
     truth: Trajectory
-    """Of some of the scans, or all."""
+    """True poses of some or all scans."""
     start: Pose | None
-    """(3,) as it is told; None: it is looked for anywhere."""
+    """(3,) start pose as given to the localizer; None: the whole map is searched."""
 
     def localized(self, localizer: Localizer) -> DriveFigures:
-        """By a new localizer."""
+        """Localize the drive with a new localizer."""
         if self.start is not None:
             localizer.set_pose(self.start)
         estimates = [replayed.answer for replayed in replay(self.messages, localizer)]
@@ -61,7 +61,7 @@ class AblationDrive:
         )
 
     def _errors(self, estimates: Sequence[PoseEstimate]) -> NDArray[np.float64]:
-        """(S,) metres, of the scans whose true pose is known."""
+        """(S,) metres, for the scans with a known true pose."""
         found = {estimate.stamp: estimate for estimate in estimates}
         known = [stamp in found for stamp in self.truth.stamps.tolist()]
         answers = [found[stamp] for stamp in self.truth.stamps[known].tolist()]

@@ -1,4 +1,4 @@
-"""What the same drives with a mechanism and without say of it."""
+"""The effect of a mechanism, from the same drives with and without it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,42 +12,42 @@ from benchmarks.ablation.ablation_drive import DriveFigures
 from benchmarks.harness.table import Column
 
 CONFIDENCE = 0.99
-"""Of the interval that a difference lies in, since there are hundreds of them, of which one in a hundred is
-called clear by chance."""
+"""Confidence level of the interval of a difference, since there are hundreds of differences, one in a hundred
+of which is called clear by chance."""
 EQUAL_WITHIN = 0.1
-"""Share of the error by which two are taken for equal, by judgement, since the documented figures scatter by
-some hundredths."""
+"""Relative difference up to which errors are equal. Chosen by judgement, since the documented figures scatter
+by a few hundredths."""
 
 
 class Effect(str, Enum):
-    """What an error without a mechanism says of it."""
+    """The effect of a mechanism on the error."""
 
     PAYS = "pays"
     COSTS = "costs"
     EQUAL = "equal"
-    """To within a tenth, with or without."""
+    """Equal to within a tenth with and without it."""
     IDLE = "idle"
-    """It did nothing: on no drive does any figure differ."""
+    """It did nothing: all figures are the same on all drives."""
     OPEN = "?"
-    """More seeds are needed to say."""
+    """More seeds are needed to decide."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """By how much a variant's error is larger than the default's, over the same drives."""
+    """How much larger a variant's error is than the default's, over the same drives."""
 
     with_m: Annotated[float, Column("with (m)", ".4f")]
     without_m: Annotated[float, Column("without (m)", ".4f")]
     difference_m: Annotated[tuple[float, float], Column("difference (m)", "+.4f")]
-    """Mean over the drives, and its standard error; that is infinite of a single drive."""
+    """Mean over the drives, and its standard error, which is infinite for a single drive."""
     share_lost: Annotated[float, Column("lost without", ".1%")]
     effect: Annotated[str, Column("effect")]
-    """An `Effect`, by the interval that the difference lies in with a probability of 99 %."""
+    """An `Effect`, from the 99 % confidence interval of the difference."""
     drives: int
 
 
 def difference(default: Sequence[DriveFigures], without: Sequence[DriveFigures]) -> Difference:
-    """Of two variants on the same drives."""
+    """The difference between two variants on the same drives."""
     before, after = (np.array([each.error_m for each in figures]) for figures in (default, without))
     count = len(before)
     error = float(np.std(after - before, ddof=1) / np.sqrt(count)) if count > 1 else np.inf

@@ -1,7 +1,7 @@
-"""The mechanisms of the localizer, and what turns each off: a setting, number or function that is replaced.
+"""The mechanisms of the localizer, and how to turn each off: a setting, number or function that is replaced.
 
-Not listed is what only saves time (the rough stage of the place search, a second thread), or only
-refuses bad input (messages out of order, clocks set back, maps without walls).
+Not listed are mechanisms that only save time (the rough stage of the place search, a second thread) or only
+reject bad input (messages out of order, clocks set back, maps without walls).
 """
 
 from collections.abc import Mapping
@@ -33,43 +33,43 @@ from racecar.sensors.motion.odometry_buffer import STALE_AFTER, Extrapolation
 from racecar.sensors.motion.turn_fusion import TurnFusion
 
 _TAKE = SpeedMemory.take
-"""As it is."""
+"""The original method."""
 _NONE = 1e-9
-"""As good as 0 where a setting must be above it, since all that it is compared with is far larger."""
+"""Almost 0, for settings that must be positive, since everything they are compared with is far larger."""
 
 
 def _unpushed(
     slips: NDArray[np.float64], seconds: float, effort: NDArray[np.float64], *rest: Any
 ) -> NDArray[np.float64]:
-    """In place of `changed_slips`, of tyres that nothing pushes."""
+    """Replaces `changed_slips`: tyres without load."""
     return changed_slips(slips, seconds, np.zeros_like(effort), *rest)
 
 
 def _slides_nowhere(
     memory: SpeedMemory, step: Pose, seconds: float
 ) -> tuple[Pose, NDArray[np.float64], Pose]:
-    """In place of `SpeedMemory.take`, of a car that stops at once."""
+    """Replaces `SpeedMemory.take`: a car that stops at once."""
     _, effort, behind = _TAKE(memory, step, seconds)
     return np.abs(step), effort, behind
 
 
 def _unaligned(map_from_base: Pose, *_: object) -> Pose:
-    """In place of a pose that is laid on the walls."""
+    """Replaces the alignment of a pose with the walls."""
     return map_from_base
 
 
 def _all_points(_perception: object, _cloud: object, _covariance: object, points: EndPoints) -> EndPoints:
-    """In place of those that most of the cloud explains."""
+    """Replaces the selection of points that most of the cloud explains."""
     return points
 
 
 def _independent(deviation: float, surface: float) -> NDArray[np.float32]:
-    """In place of what an end point adds to the log-likelihood, of points that each count as one."""
+    """Replaces the log-likelihood of an end point: every point counts in full."""
     return np.float32(DEPENDENCE) * log_table(deviation, surface)
 
 
 _SURVEYED_ANEW = replacing(perception, find_free_space=free_space.find_free_space)
-"""In place of a free space that is remembered, as the benchmark does, though it would now be another."""
+"""Replaces the cached free space that the benchmark uses, which would now be different."""
 
 MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
     "odometry": {
@@ -122,12 +122,12 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "unknown floor": _SURVEYED_ANEW | replacing(free_space, _UNKNOWN_REACH=0.0),
     },
 }
-"""By group, by name: what turns each off; values are bounds, or so far beyond the usual ones that nothing is
-compared with them any more."""
+"""What turns each mechanism off, by group and name. Values are bounds, or so far beyond the usual ones that
+they have no effect."""
 
 
 def variants() -> dict[str, Variant]:
-    """Every mechanism off alone, and each group off together, by name."""
+    """Each mechanism off alone, and each group off together, by name."""
     every: dict[str, Variant] = {}
     for group, mechanisms in MECHANISMS.items():
         every |= mechanisms

@@ -1,7 +1,7 @@
-"""The recordings of the ablation, each with what is best known of where its scans were taken.
+"""The recordings of the ablation, each with the best known poses of its scans.
 
-On a map that was made of the recording itself that is the mapper's trajectory. On a map of others nobody
-knows; there every 50th scan is matched exhaustively about where the localizer, with everything on, found it.
+On a map made from the recording itself these are the mapper's trajectory. On another map there is no truth,
+so every 50th scan is matched exhaustively around the pose estimated by the localizer with everything on.
 """
 
 from collections.abc import Callable
@@ -38,7 +38,7 @@ from racecar.sensors.measurement import Measurement
 def recorded_drives(
     folder: Path, settings: Config, seconds: float | None
 ) -> dict[str, Callable[[int], AblationDrive]]:
-    """The recordings in a folder by name, of each its first seconds or all; the seed is the localizer's."""
+    """The recordings in a folder by name, all or the first seconds of each; the seed is the localizer's."""
     return {name: _loaded_once(each, settings, seconds) for name, each in _found(folder).items()}
 
 
@@ -50,7 +50,7 @@ def _found(folder: Path) -> dict[str, RecordedDrive]:
         found["turtlebot4_rplidar on its team's map"] = RecordedDrive(turtlebot, floor)
     if hall.exists():
         found["sick_hall on our own map"] = RecordedDrive(hall, None)
-    with suppress(UserError):  # of a folder without logs
+    with suppress(UserError):  # a folder without logs
         found |= {f"{log.name} on our own map": RecordedDrive(log.bag, None) for log in find_logs(folder)}
     return found
 
@@ -79,7 +79,7 @@ def _load(recording: RecordedDrive, settings: Config, seconds: float | None) -> 
 def _matched(
     grid: OccupancyGrid, messages: list[Measurement], own_trajectory: Trajectory, settings: Config
 ) -> Trajectory:
-    """Where every 50th scan fits best on a map of others."""
+    """The best-fitting poses of every 50th scan on a map from other recordings."""
     localized = localize(messages, Localizer(grid, settings.localization, np.random.default_rng(0)))
     matcher = ExhaustiveMatcher(grid)
     indices = range(min(EVERY, len(localized.scans)) - 1, len(localized.scans), EVERY)

@@ -1,4 +1,4 @@
-"""The simulated drives of the ablation: what most mechanisms are for, and what some were added for alone."""
+"""The simulated drives of the ablation: those that most mechanisms are for, and some for a single one."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -23,19 +23,19 @@ from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
 
 DRIVE_SECONDS = 30.0
-"""Unless asked for otherwise, since those of `python -m benchmarks accuracy` are as long."""
+"""Default, since those of `python -m benchmarks accuracy` are as long."""
 _GAP = 3_000_000_000
 """Nanoseconds, since after two seconds without a scan a car may have been carried anywhere."""
 _HANGS = (0.3, 0.6)
-"""Shares of the drive between which the odometry hangs: long enough that it is noticed meanwhile, and that
-the car goes on with odometry for as long. By judgement, so that both count."""
+"""Shares of the drive between which the odometry hangs: long enough to be noticed, and as much time again
+with working odometry. Chosen by judgement, so that both count."""
 _HALVES, _HALVED_FOR = (0.25, 0.5, 0.75), 1_000_000_000
-"""Shares of the drive from which on the odometry tells half of the motion, and for how many nanoseconds: a
-chain skips or a wheel lifts, after the odometry has proven right."""
+"""Shares of the drive at which the odometry begins to report half of the motion, and for how many
+nanoseconds: a chain skips or a wheel lifts, after the odometry has proven right."""
 
 
 def simulated_drives(seconds: float) -> dict[str, Callable[[int], AblationDrive]]:
-    """By name, each by its seed."""
+    """The drives by name, each a function of its seed."""
     return {
         f"{kind}, {name}": partial(_simulated, simulate, name, seconds)
         for kind, simulate in _KINDS.items()

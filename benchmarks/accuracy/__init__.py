@@ -1,1 +1,1 @@
-"""How accurate the localizer is on simulated drives."""
+"""The localizer's accuracy on simulated drives."""

@@ -1,4 +1,4 @@
-"""How accurate the localizer is: every row of the documentation's tables, measured."""
+"""The localizer's accuracy: every row of the documentation's tables, measured."""
 
 from functools import partial
 from typing import Annotated

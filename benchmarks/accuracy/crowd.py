@@ -11,17 +11,17 @@ from racecar.sensors.measurement import Measurement
 from racecar.sensors.scan import Scan
 
 _PERSON_WIDTH = 0.5
-"""Metres, across the shoulders."""
+"""Shoulder width in metres."""
 _NEAREST_PERSON, _FARTHEST_PERSON = 0.7, 4.0
 """Metres from the laser."""
 _BEARING_WALK = 0.03
-"""Radians by which a person's bearing wanders from scan to scan (standard deviation)."""
+"""Standard deviation of the random walk of a person's bearing from scan to scan, radians."""
 
 
 def among_people(
     messages: Iterable[Measurement], share: float, rng: np.random.Generator
 ) -> Iterator[Measurement]:
-    """The messages, with a ``share`` of each scan's beams stopped by people."""
+    """The messages, with a ``share`` of each scan's beams blocked by people."""
     people = np.empty((0, 2))
     for message in messages:
         if not isinstance(message, Scan):
@@ -39,7 +39,7 @@ def among_people(
 
 
 def _in_front(scan: Scan, people: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Ranges (N,) with people (P, 2), at bearings and distances, and the share of the beams they stop."""
+    """Ranges (N,) with people (P, 2) given as bearings and distances, and the share of beams they block."""
     ranges = scan.ranges.copy()
     for bearing, distance in people:
         half = np.arctan(0.5 * _PERSON_WIDTH / distance)

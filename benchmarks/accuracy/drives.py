@@ -1,4 +1,4 @@
-"""The simulated drives that the localizer is measured on: each kind by its map, its seed and its length."""
+"""The simulated drives on which the localizer is measured: each kind by map, seed and length."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,29 +18,29 @@ from racecar.pipelines.simulation.simulated_drive import SimulatedDrive, simulat
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
 Simulate: TypeAlias = Callable[[OccupancyGrid, int, float], SimulatedDrive]
-"""A drive through a world by its seed and its seconds."""
+"""A drive through a world, by its seed and its seconds."""
 
 MAPS = "building", "track"
-"""Those of the shipped maps that are driven on: the others show what a mapper has to bear."""
+"""The shipped maps that are driven on; the others show what a mapper has to cope with."""
 _TRACKING_SPEED, _RACING_SPEED, _RACING_SLIP = 3.0, 7.0, 0.25
 """m/s, m/s and a share."""
 BETWEEN_KIDNAPPINGS = 6.0
-"""Seconds; twice what the car has to be found again in."""
+"""Seconds; twice the time in which the car has to be found again."""
 FAR = 2.0
-"""Metres that a kidnapped car is carried at least."""
+"""Minimum metres that a kidnapped car is carried."""
 _CROWD = 0.15
-"""Share of the beams that people stop."""
+"""Share of the beams that people block."""
 _TRIES = 20
-"""Drives for each part of one with kidnappings, since of the next place one in some is too near."""
+"""Attempts per part of a drive with kidnappings, since some next starts are too near."""
 _PLACES_SECONDS = 600.0
-"""By judgement: long enough to come by most places of the shipped maps."""
+"""Chosen by judgement: long enough to pass most places of the shipped maps."""
 _ROOM = 0.5
-"""Metres of free floor about the pose at which a drive starts."""
+"""Metres of free floor around the start pose of a drive."""
 
 
 @cache
 def grid_of(map_name: str) -> OccupancyGrid:
-    """A shipped map, one object for each, so that what is derived from it is derived once."""
+    """A shipped map; always the same object, so that data derived from it is computed once."""
     return load_map(shipped_map(map_name))
 
 
@@ -53,12 +53,12 @@ def tracking_drive(
 
 
 def racing_drive(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:
-    """At up to 7 m/s, with wheels that slip."""
+    """At up to 7 m/s, with slipping wheels."""
     return tracking_drive(grid, seed, seconds, NoiseLevel.SLIGHT, max_speed=_RACING_SPEED, slip=_RACING_SLIP)
 
 
 def changed_map_drive(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:
-    """Furniture was moved since the map was made, and people stand around."""
+    """Furniture has moved since the map was made, and people stand around."""
     rng = np.random.default_rng([seed, 11])
     world = move_furniture(grid, rng)
     slight = NoiseLevel.SLIGHT
@@ -68,14 +68,14 @@ def changed_map_drive(grid: OccupancyGrid, seed: int, seconds: float) -> Simulat
 
 
 def long_drive(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:
-    """For false alarms."""
+    """A long drive to count false alarms."""
     slight = NoiseLevel.SLIGHT
     settings = SimulationConfig(noise=slight, seed=99 + seed, max_speed=_TRACKING_SPEED, duration=seconds)
     return simulate_drive(grid, settings)
 
 
 def places_drive(grid: OccupancyGrid) -> SimulatedDrive:
-    """From which places to be found are drawn."""
+    """The drive from which the places to find are drawn."""
     slight = NoiseLevel.SLIGHT
     settings = SimulationConfig(noise=slight, max_speed=_TRACKING_SPEED, duration=_PLACES_SECONDS)
     return simulate_drive(grid, settings)
@@ -84,7 +84,7 @@ def places_drive(grid: OccupancyGrid) -> SimulatedDrive:
 def kidnapped_drive(
     grid: OccupancyGrid, seed: int, seconds: float, pause: int = BETWEEN_SCANS
 ) -> SimulatedDrive:
-    """Carried elsewhere every 6 seconds, at least once, within a pause (nanoseconds) of all messages."""
+    """Carried elsewhere every 6 seconds, at least once, with a pause (nanoseconds) in all messages."""
     parts = max(2, round(seconds / BETWEEN_KIDNAPPINGS))
     seeds = np.random.default_rng([seed, 13]).integers(2**31, size=_TRIES * parts).tolist()
     drives: list[SimulatedDrive] = []
@@ -98,7 +98,7 @@ def kidnapped_drive(
 
 
 def _distance(drive: SimulatedDrive, following: SimulatedDrive) -> float:
-    """Metres from where one ends to where the next begins."""
+    """Metres from the end of one drive to the start of the next."""
     return float(np.hypot(*(following.truth.map_from_base[0] - drive.truth.map_from_base[-1])[:2]))
 
 
@@ -107,7 +107,7 @@ def _drive(grid: OccupancyGrid, rng: np.random.Generator, **settings: object) ->
 
 
 def _random_start(grid: OccupancyGrid, rng: np.random.Generator) -> tuple[float, float, float]:
-    """A pose with room about it."""
+    """A pose with room around it."""
     is_roomy = (grid.cells == FREE) & (distance_to_occupied(grid) > _ROOM)
     x, y = grid.center_of(rng.choice(np.argwhere(is_roomy), size=1))[0]
     return float(x), float(y), float(rng.uniform(-np.pi, np.pi))

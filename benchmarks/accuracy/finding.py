@@ -1,4 +1,4 @@
-"""How often the localizer finds a place that is not known: at the start, or after a kidnapping."""
+"""How often the localizer finds an unknown pose: at the start, or after a kidnapping."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -20,19 +20,19 @@ from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 
 _SCANS_PER_SECOND = round(1.0 / UST_10LX.scan_time)
 _RIGHT = 0.25
-"""Metres off, up to which an estimate counts as right."""
+"""Maximum error in metres of a correct estimate."""
 _FIND_SECONDS, _NOTICE_SECONDS, _FIND_AGAIN_SECONDS = 3.0, 1.0, 3.0
-"""Within which the start has to be found, a kidnapping noticed, and the car found again after one."""
+"""Limits in seconds to find the start, to notice a kidnapping, and to find the car again after one."""
 
 
 @dataclass(frozen=True)
 class FindingCase:
-    """Places to be found."""
+    """Places to find."""
 
     places: Mapping[str, int]
-    """How many on each map."""
+    """Number of places by map."""
     is_kidnapped: bool
-    """The car was tracked before, on the one map; else it starts there."""
+    """The car was tracked before, on the only map; otherwise it starts there."""
 
 
 @dataclass(frozen=True)
@@ -42,14 +42,14 @@ class FindingFigures:
     places: Annotated[int, Column("places")]
     lookalikes_left_out: Annotated[int, Column("look-alikes left out")]
     share_noticed: Annotated[float | None, Column(f"noticed within {_NOTICE_SECONDS:g} s", ".1%")]
-    """Kidnapped only: how often it was noticed in time."""
+    """Kidnapped only: the share noticed in time."""
     share_found: Annotated[float, Column("found", ".1%")]
     median_seconds: Annotated[float, Column("median (s)", ".2f")]
-    """Until the estimate was right and stayed so."""
+    """Until the estimate was correct and stayed so."""
 
 
 def finding_cases(seeds: int) -> dict[str, FindingCase]:
-    """Ten places a seed on each map, and half as many kidnappings."""
+    """Ten places per seed on each map, and half as many kidnappings."""
     places = 10 * seeds
     return {
         "anywhere": FindingCase(dict.fromkeys(MAPS, places), is_kidnapped=False),
@@ -68,7 +68,7 @@ def find(case: FindingCase, settings: LocalizationConfig) -> FindingFigures:
 
 
 def _anywhere(places: Mapping[str, int], settings: LocalizationConfig) -> FindingFigures:
-    """Without a start pose, at places all over the maps."""
+    """Places all over the maps without a start pose."""
     results, left_out = [], 0
     for map_name, wanted in places.items():
         localizer = _localizer(map_name, settings)
@@ -82,7 +82,7 @@ def _anywhere(places: Mapping[str, int], settings: LocalizationConfig) -> Findin
 
 
 def _kidnapped(map_name: str, times: int, settings: LocalizationConfig) -> FindingFigures:
-    """Carried elsewhere between two scans, which nothing but the scans shows."""
+    """Kidnappings between two scans, visible only in the scans."""
     starts = list(_distinct_drives(map_name, times + 1, BETWEEN_KIDNAPPINGS))
     whole, kidnappings = join_as_kidnappings([drive for drive, _ in starts])
     localizer = _localizer(map_name, settings)
@@ -108,9 +108,9 @@ def _localizer(map_name: str, settings: LocalizationConfig) -> Localizer:
 
 
 def _distinct_drives(map_name: str, count: int, seconds: float) -> Iterator[tuple[SimulatedDrive, int]]:
-    """Drives of some seconds from random places, each with how many look-alikes were passed over for it.
+    """Drives of some seconds from random places, each with the number of look-alikes skipped before it.
 
-    No two in a row are near each other.
+    No two consecutive ones are near each other.
     """
     grid, rng = grid_of(map_name), np.random.default_rng(17)
     lookalikes = Lookalikes(grid)
@@ -132,7 +132,7 @@ def _distinct_drives(map_name: str, count: int, seconds: float) -> Iterator[tupl
 
 
 def _part(drive: SimulatedDrive, first: int, last: int) -> SimulatedDrive:
-    """From one scan to before another."""
+    """The drive from scan ``first`` up to, but not including, scan ``last``."""
     start, end = drive.truth.stamps[[first, last]]
     messages = [message for message in drive.messages if start <= message.stamp < end]
     stamps, poses = drive.truth.stamps[first:last], drive.truth.map_from_base[first:last]
@@ -140,7 +140,7 @@ def _part(drive: SimulatedDrive, first: int, last: int) -> SimulatedDrive:
 
 
 def _right_after(result: LocalizedDrive) -> float:
-    """Seconds after which the estimate was right and stayed so; inf when it was not in the end."""
+    """Seconds until the estimate was correct and stayed so; inf if it is wrong at the end."""
     wrong = np.flatnonzero(result.metres >= _RIGHT)
     first_right = int(wrong[-1]) + 1 if len(wrong) else 0
     return first_right / _SCANS_PER_SECOND if first_right < len(result.metres) else np.inf

@@ -1,4 +1,4 @@
-"""A building whose furniture was moved since its map was made."""
+"""A building whose furniture has moved since its map was made."""
 
 from dataclasses import replace
 
@@ -8,19 +8,19 @@ from scipy import ndimage
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OCCUPIED_FROM, OccupancyGrid
 
 _LARGEST_PIECE = 3.0
-"""Metres; what is longer is a wall."""
+"""Metres; longer pieces are walls."""
 _MOVED_SHARE = 0.5
-"""Of the pieces."""
+"""Share of the pieces."""
 _SHORTEST_MOVE, _LONGEST_MOVE = 0.3, 1.5
-"""Metres; by judgement: far enough that a scan no longer fits, near enough to stay in the room."""
+"""Metres. Chosen by judgement: far enough that a scan no longer fits, near enough to stay in the room."""
 _TRIES = 50
-"""Places that are tried for a piece, so that one without room about it stays where it is."""
+"""Attempts per piece; one without room around it stays where it is."""
 
 
 def move_furniture(grid: OccupancyGrid, rng: np.random.Generator) -> OccupancyGrid:
-    """The grid with half of its furniture pushed 0.3 to 1.5 m to where there is room.
+    """The grid with half of its furniture moved by 0.3 to 1.5 m to where there is room.
 
-    Furniture is what stands free of the walls and is no longer than 3 m.
+    Furniture stands free of the walls and is at most 3 m long.
     """
     is_occupied = grid.cells >= OCCUPIED_FROM
     pieces, _ = ndimage.label(is_occupied, structure=np.ones((3, 3)))

@@ -1,4 +1,4 @@
-"""A car that is carried elsewhere while nothing but its scans shows it."""
+"""A car that is carried elsewhere, visible only in its scans."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,17 +14,17 @@ from racecar.sensors.odometry import Odometry
 
 BETWEEN_SCANS = 5_000_000
 """Nanoseconds between the last message of a drive and the first of the next: less than a scan's period, so
-that no gap gives the kidnapping away."""
+that no gap reveals the kidnapping."""
 
 
 def join_as_kidnappings(
     drives: Sequence[SimulatedDrive], pause: int = BETWEEN_SCANS
 ) -> tuple[SimulatedDrive, NDArray[np.int64]]:
-    """Drives through one world, one after the other as if they were one, and the scans at which the car is
-    suddenly elsewhere.
+    """Joins drives through one world into a single drive; also returns the scans at which the car is suddenly
+    elsewhere.
 
-    Nothing comes for a ``pause`` (nanoseconds) between two drives. By default that is no gap, and the
-    odometry goes on where it was: only the scans show it.
+    There are no messages for a ``pause`` (nanoseconds) between two drives. By default that is no gap, and the
+    odometry continues where it was: only the scans show the kidnapping.
     """
     messages: list[Measurement] = []
     stamps: list[NDArray[np.int64]] = []

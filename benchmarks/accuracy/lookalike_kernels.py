@@ -1,4 +1,4 @@
-"""Comparing a scan with the exact scans of many places, at every heading."""
+"""Compares a scan with the exact scans of many places at every heading."""
 
 import numpy as np
 from numba import njit
@@ -13,9 +13,9 @@ def best_agreement(
     distance: float,
     share: float,
 ) -> NDArray[np.float64]:
-    """(P, 2) the largest share of a scan's beams that agree with each view (headings,), and at which heading.
+    """(P, 2) largest share of a scan's beams that agree with each view (headings,), and the heading of that.
 
-    ``offsets`` (B,) are the bearings of the beams, counted in headings. Ranges agree within a distance in
+    ``offsets`` (B,) are the bearings of the beams, in units of headings. Ranges agree within a distance in
     metres and a share of the range.
     """
     places, headings = views.shape

@@ -1,4 +1,4 @@
-"""Places that a single scan cannot distinguish, and so no filter at once: found by comparing exact scans."""
+"""Places that a single scan, and so no filter, can distinguish at once: found by comparing exact scans."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,22 +10,22 @@ from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
 
 _SPACING = 0.25
-"""Metres between the places that are compared."""
+"""Metres between the compared places."""
 _HEADINGS = 180
 _BEAMS = 90
 _REACH = 30.0
 _ELSEWHERE = 1.0
-"""Metres; what is nearer is the same place."""
+"""Metres; anything nearer is the same place."""
 _TURNED = np.radians(30.0)
 _WITHIN, _WITHIN_SHARE = 0.2, 0.03
-"""Metres, and share of the range, within which two ranges agree: places that are compared lie apart, and
-so do headings."""
+"""Metres, and share of the range, within which two ranges agree, given the spacing of the compared places and
+headings."""
 _LOOKS_ALIKE = 0.85
-"""Share of the beams that agree."""
+"""Share of the beams that must agree."""
 
 
 class Lookalikes:
-    """Knows exact scans from places all over a map."""
+    """The exact scans from places all over a map."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
         is_place = (grid.cells == FREE) & (distance_to_occupied(grid) > 0.15)
@@ -39,7 +39,7 @@ class Lookalikes:
         self._views = cast_ray_fan(grid, poses, bearings, _REACH).clip(0.0, _REACH).astype(np.float32)
 
     def has(self, map_from_base: Pose, base_from_laser: Pose, bearings: NDArray[np.float64]) -> bool:
-        """Whether the scan from a pose (3,) looks nearly the same from another place or another heading."""
+        """Whether the scan from a pose (3,) looks almost the same at another place or another heading."""
         seen_along = bearings[np.linspace(0, len(bearings) - 1, _BEAMS).astype(int)]
         map_from_laser = compose(map_from_base, base_from_laser)
         scan = cast_ray_fan(self._grid, map_from_laser[None], seen_along, _REACH)[0].clip(0.0, _REACH)

@@ -1,4 +1,4 @@
-"""How far the localizer is from the truth while it knows where the car is."""
+"""The localizer's error while it knows where the car is."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class TrackingCase:
 
 @dataclass(frozen=True)
 class TrackingFigures:
-    """Errors of all scans of some drives."""
+    """Errors of all scans of several drives."""
 
     drives: Annotated[int, Column("drives")]
     scans: Annotated[int, Column("scans")]
@@ -46,15 +46,15 @@ class TrackingFigures:
     largest_m: Annotated[float, Column("largest (m)", ".3f")]
     mean_deg: Annotated[float, Column("mean (°)", ".3f")]
     share_inside_95: Annotated[float, Column("inside the covariance's 95 %", ".1%")]
-    """Of the errors, that lie inside the reported covariance's ellipsoid of 95 %."""
+    """Share of the errors inside the 95 % ellipsoid of the reported covariance."""
     scans_lost: Annotated[int, Column("scans lost")]
-    """With an error of half a metre or more."""
+    """Scans with an error of half a metre or more."""
     false_alarms: Annotated[int, Column("false alarms")]
-    """How often the map was searched again, or the car reported as more likely lost than not."""
+    """Number of times that the map was searched again, or the car reported as more likely lost than not."""
 
 
 def tracking_cases(seeds: Sequence[int], minutes: float) -> dict[str, TrackingCase]:
-    """All, the last of them one drive of so many minutes."""
+    """All cases; the last is one drive of this many minutes."""
     kinds: dict[str, Simulate] = {
         **{f"up to 3 m/s, noise {noise.value}": partial(tracking_drive, noise=noise) for noise in NoiseLevel},
         "up to 7 m/s, 25 % slip": racing_drive,

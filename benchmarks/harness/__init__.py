@@ -1,1 +1,1 @@
-"""What all benchmarks share: commands, cases and variants, faults of the input, tables and the JSON file."""
+"""Shared by all benchmarks: commands, cases and variants, input faults, tables and the JSON file."""

@@ -1,4 +1,4 @@
-"""The harness: every case is measured in every variant, and the rows become tables and a JSON file."""
+"""The harness: measures every case in every variant and turns the rows into tables and a JSON file."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, is_dataclass
@@ -18,12 +18,12 @@ _R = TypeVar("_R")
 
 
 class Bench:
-    """What a benchmark is given, and what it gives its figures to."""
+    """The input of a benchmark, and the output for its figures."""
 
     def __init__(
         self, settings: Config, seed: int, report: Report, *, quiet: bool, width: int | None
     ) -> None:
-        """Tables are printed in so many characters; None: as many as the terminal has."""
+        """Tables are printed ``width`` characters wide; None: as wide as the terminal."""
         self.settings = settings
         self.seed = seed
         self.report = report
@@ -33,7 +33,7 @@ class Bench:
         self._is_warm = False
 
     def announce(self, sentence: str) -> None:
-        """Say what is being done, on stderr."""
+        """Announce the next action on stderr."""
         self._news.print(sentence, markup=False, soft_wrap=True)
 
     def cross(
@@ -47,8 +47,8 @@ class Bench:
     ) -> dict[str, dict[str, _R]]:
         """The row of each case and variant, also written to a section of the JSON file.
 
-        A pair whose measurement is None has none. Cases may be made one by one. In a fresh process, which
-        ``measure`` and its arguments are sent to, time and memory are what a user sees.
+        A pair whose measurement is None has no row. Cases may be generated one by one. In a fresh process, to
+        which ``measure`` and its arguments are sent, time and memory are what a user would see.
         """
         rows: dict[str, dict[str, _R]] = {}
         for case_name, case in cases:
@@ -71,7 +71,7 @@ class Bench:
         *,
         in_fresh_processes: bool = False,
     ) -> dict[str, _R]:
-        """The same of cases without variants."""
+        """The same for cases without variants."""
         rows = {}
         for name, case in cases.items():
             self.announce(f"{section}: {name}")
@@ -101,6 +101,6 @@ def plain(row: Any) -> Any:
 
 
 def _line(name: str, row: Any) -> str:
-    """The figures of a row, for who waits for the table."""
+    """The figures of a row, to show while the table is not finished yet."""
     figures = cells(row) if is_dataclass(row) else {}
     return f"  {name}: " * bool(name) + ", ".join(f"{title} {cell}" for title, cell in figures.items())

@@ -1,4 +1,4 @@
-"""A benchmark as a command: what all of them can be given, and where their figures go."""
+"""A benchmark as a command: the common options, and the output of the figures."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -19,7 +19,7 @@ _OF_ALL: dict[str, tuple[Any, Any]] = {
 
 
 def as_command(benchmark: Callable[..., None]) -> Callable[..., None]:
-    """A benchmark, which is given a `Bench` and its own options, as typer calls it."""
+    """A benchmark, which takes a `Bench` and its own options, in the form that typer calls."""
 
     @wraps(benchmark)
     def command(*, config: Path | None, seed: int, json: Path | None, quiet: bool, **own: Any) -> None:

@@ -1,4 +1,4 @@
-"""Faults of what a mapper is fed: each takes the messages of a drive and gives them as a faulty car would."""
+"""Input faults for a mapper: each turns the messages of a drive into those of a faulty car."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -12,9 +12,9 @@ from racecar.sensors.scan import Scan
 
 Messages = Sequence[Measurement]
 _SEED = 5
-"""Of what faults draw, because the same fault must be the same one in every run."""
+"""Seed of the random faults, because the same fault must be identical in every run."""
 _STEPS_PER_SLIP = 25
-"""Of odometry, half a second as most wheels report, in which they slip alike or not at all."""
+"""Odometry steps, half a second for most wheels, over which the slip is constant."""
 
 
 def without_wheels(messages: Messages) -> list[Measurement]:
@@ -25,7 +25,7 @@ def without_wheels(messages: Messages) -> list[Measurement]:
 def scaled_wheels(
     messages: Messages, *, forward: float = 1.0, turn: float = 1.0, bias: float = 0.0
 ) -> list[Measurement]:
-    """Wheels that report these shares of what they drove and turned, and ``bias`` radians per metre more."""
+    """Wheels that report these shares of their distance and turn, and ``bias`` radians per metre more."""
 
     def changed(step: Pose, _: Odometry) -> Pose:
         turned = step[2] * turn + bias * float(np.hypot(step[0], step[1]))
@@ -35,7 +35,7 @@ def scaled_wheels(
 
 
 def slipping_wheels(messages: Messages, *, every: int, spread: float) -> list[Measurement]:
-    """One in ``every`` half second, wheels run ahead or lag by a share of standard deviation ``spread``."""
+    """In one of ``every`` half seconds wheels gain or lose a share of standard deviation ``spread``."""
     generator = np.random.default_rng(_SEED)
     slips = generator.normal(0.0, spread, len(messages)) * (generator.random(len(messages)) < 1.0 / every)
     of_steps = iter(np.repeat(slips, _STEPS_PER_SLIP))
@@ -43,31 +43,31 @@ def slipping_wheels(messages: Messages, *, every: int, spread: float) -> list[Me
 
 
 def late_wheels(messages: Messages, seconds: float) -> list[Measurement]:
-    """Wheels whose clock is ahead by some seconds; behind, if these are less than nothing."""
+    """Wheels whose clock is ahead by some seconds; negative values are behind."""
     later = round(seconds * 1e9)
     shifted = [replace(m, stamp=m.stamp + later) if isinstance(m, Odometry) else m for m in messages]
     return sorted(shifted, key=lambda message: (message.stamp, isinstance(message, Scan)))
 
 
 def moved_mount(messages: Messages, moved: Pose) -> list[Measurement]:
-    """A laser that is not where the transform puts it: that one is off by (3,)."""
+    """A laser whose mount differs from its transform by (3,)."""
     return _with_scans(messages, lambda s: replace(s, base_from_laser=compose(s.base_from_laser, moved)))
 
 
 def reversed_sweep(messages: Messages) -> list[Measurement]:
-    """Beams that were measured in the reverse of the order that the times tell."""
+    """Beams measured in the reverse of the order given by their times."""
     return _with_scans(
         messages, lambda s: replace(s, time_offsets=s.time_offsets.max(initial=0.0) - s.time_offsets)
     )
 
 
 def scaled_bearings(messages: Messages, factor: float) -> list[Measurement]:
-    """A wrong increment of the bearing."""
+    """A wrong angle increment."""
     return _with_scans(messages, lambda scan: replace(scan, bearings=scan.bearings * factor))
 
 
 def sparse_scans(messages: Messages, seconds: float) -> list[Measurement]:
-    """A logger that keeps one scan in so many seconds."""
+    """A logger that keeps one scan per this many seconds."""
     kept: list[Measurement] = []
     last = -np.inf
     for message in messages:
@@ -80,7 +80,7 @@ def sparse_scans(messages: Messages, seconds: float) -> list[Measurement]:
 
 
 def scan_gaps(messages: Messages, seconds: float, every: float) -> list[Measurement]:
-    """No scans for some seconds in ``every`` so many."""
+    """No scans for ``seconds`` out of ``every`` seconds."""
     since = [(message.stamp - messages[0].stamp) * 1e-9 for message in messages]
     return [
         message
@@ -90,13 +90,13 @@ def scan_gaps(messages: Messages, seconds: float, every: float) -> list[Measurem
 
 
 def blackout(messages: Messages, seconds: float) -> list[Measurement]:
-    """Nothing at all for some seconds in the middle."""
+    """No messages at all for some seconds in the middle."""
     middle = (messages[0].stamp + messages[-1].stamp) // 2
     return [message for message in messages if not 0 < message.stamp - middle < seconds * 1e9]
 
 
 def short_sighted(messages: Messages, metres: float) -> list[Measurement]:
-    """A laser that sees no farther."""
+    """A laser with a shorter range."""
     return _with_scans(
         messages,
         lambda s: replace(s, ranges=np.where(s.ranges > metres, np.inf, s.ranges), max_range=metres),
@@ -104,7 +104,7 @@ def short_sighted(messages: Messages, metres: float) -> list[Measurement]:
 
 
 def noisy(messages: Messages, metres: float) -> list[Measurement]:
-    """Ranges with noise of this standard deviation on top."""
+    """Ranges with additional noise of this standard deviation."""
     generator = np.random.default_rng(_SEED)
     return _with_scans(
         messages, lambda s: replace(s, ranges=s.ranges + generator.normal(0.0, metres, len(s.ranges)))
@@ -112,7 +112,7 @@ def noisy(messages: Messages, metres: float) -> list[Measurement]:
 
 
 def dropping_out(messages: Messages, share: float) -> list[Measurement]:
-    """Beams of which a share comes back empty."""
+    """A share of the beams has no return."""
     generator = np.random.default_rng(_SEED)
     return _with_scans(
         messages,
@@ -126,13 +126,13 @@ def fewer_beams(messages: Messages, every: int) -> list[Measurement]:
 
 
 def narrow(messages: Messages, degrees: float) -> list[Measurement]:
-    """A laser that looks into this angle only, ahead."""
+    """A laser with this field of view, straight ahead."""
     half = np.radians(degrees) / 2.0
     return _with_scans(messages, lambda scan: _beams(scan, np.abs(scan.bearings) < half))
 
 
 def with_posts(messages: Messages) -> list[Measurement]:
-    """Two posts of the robot's own in view."""
+    """Two posts of the robot itself in view."""
 
     def hidden(scan: Scan) -> Scan:
         ranges = scan.ranges.copy()
@@ -144,7 +144,7 @@ def with_posts(messages: Messages) -> list[Measurement]:
 
 
 def sees_floor(messages: Messages, metres: float) -> list[Measurement]:
-    """A laser that looks down and meets the floor so far ahead."""
+    """A laser that looks down and hits the floor this far ahead."""
 
     def tilted(scan: Scan) -> Scan:
         floor = metres / np.maximum(np.cos(scan.bearings), 0.2)
@@ -168,7 +168,7 @@ def _with_scans(messages: Messages, changed: Callable[[Scan], Scan]) -> list[Mea
 
 
 def with_steps(messages: Messages, changed: Callable[[Pose, Odometry], Pose]) -> list[Measurement]:
-    """Odometry added up anew, of steps that were ``changed``, each told with the sample at its end."""
+    """Odometry integrated from ``changed`` steps, each passed with the sample at its end."""
     before: Odometry | None = None
     place = IDENTITY
     anew: list[Measurement] = []

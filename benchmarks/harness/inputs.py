@@ -1,4 +1,4 @@
-"""What is measured on: recordings, and cases that are chosen by name."""
+"""The input of benchmarks: recordings, and cases selected by name."""
 
 import os
 from collections.abc import Collection, Mapping
@@ -24,13 +24,13 @@ DataOption: TypeAlias = Annotated[
 
 
 def recordings_folder(named: Path | None = None) -> Path:
-    """Where recordings are looked for: as named, by RACECAR_DATA, else ``shared/data`` beside the project."""
+    """The folder of recordings: as named, by RACECAR_DATA, or else ``shared/data`` beside the project."""
     beside_project = Path(racecar.__file__).parents[2] / "shared" / "data"
     return named or Path(os.environ.get("RACECAR_DATA", beside_project))
 
 
 def chosen(cases: Mapping[str, _T], names: Collection[str] | None, kind: str) -> dict[str, _T]:
-    """Those named, in the order of the cases, or all. Raises UserError when there is none of a name."""
+    """Those named, in the order of the cases, or all. Raises UserError if a name does not exist."""
     for name in names or ():
         if name not in cases:
             raise UserError(f"There is no {kind} '{name}'; there are: {', '.join(cases)}.")

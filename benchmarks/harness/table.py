@@ -1,7 +1,7 @@
-"""Rows of figures as tables in Markdown, so that they can be pasted into a page as they are.
+"""Rows of figures as Markdown tables, ready to be pasted into a page.
 
-A row is a dataclass whose figures are annotated with their columns, as in
-``error_m: Annotated[float, Column("error (m)", ".3f")]``; what has none is for the JSON file only.
+A row is a dataclass whose figures are annotated with their columns, as in ``error_m: Annotated[float,
+Column("error (m)", ".3f")]``; figures without one appear only in the JSON file.
 """
 
 from collections.abc import Mapping
@@ -12,20 +12,20 @@ from rich import box
 from rich.table import Table
 
 Cells: TypeAlias = Mapping[str, str]
-"""By the title of their column."""
+"""Cells by the title of their column."""
 _UNKNOWN = "–"
 
 
 @dataclass(frozen=True)
 class Column:
-    """Where a figure is shown, and how."""
+    """The column and format of a figure."""
 
     title: str
     shape: str = ""
-    """As `format` takes it. A tuple is a mean and its deviation; a list is written one after the other."""
+    """As for `format`. A tuple is a mean and its deviation; the items of a list are written in sequence."""
 
     def cell(self, value: Any) -> str:
-        """A figure, written out; None is not known."""
+        """A figure as text; None is unknown."""
         if isinstance(value, tuple):
             mean, deviation = value
             return f"{mean:{self.shape}} ± {deviation:{self.shape.lstrip('+')}}"
@@ -37,7 +37,7 @@ class Column:
 def cells(row: Any) -> Cells:
     """The cells of a row, if it is not cells already.
 
-    Those of a row within it stand in its place, but for titles that it has already.
+    The cells of a nested row replace it, except for titles that the row already has.
     """
     if isinstance(row, Mapping):
         return row

@@ -1,4 +1,4 @@
-"""How fast, how well and at what cost the nodes run while another process plays a bag."""
+"""The speed, accuracy and cost of the nodes while another process plays a bag."""
 
 import os
 from collections.abc import Callable
@@ -34,7 +34,7 @@ from racecar.pipelines.runs.run_context import RunContext
 from racecar.sensors.scan import Scan
 
 _DOMAINS = range(30, 100)
-"""Of ROS: numbers that others on the machine hardly use."""
+"""ROS domains that others on the machine hardly use."""
 
 
 @dataclass(frozen=True)
@@ -50,15 +50,15 @@ class LiveFigures:
     latency_99_ms: Annotated[float | None, Column("latency, 99 % (ms)", ".2f")]
     latency_ms_by_tenth: Annotated[list[float], Column("medians by tenth of the drive (ms)", ".1f")]
     seen_latency_ms: Annotated[float | None, Column("seen from outside, median (ms)", ".2f")]
-    """From where another process receives a scan to where it receives its pose."""
+    """From the arrival of a scan in another process to the arrival of its pose there."""
     seen_latency_99_ms: Annotated[float | None, Column("seen from outside, 99 % (ms)", ".2f")]
     memory_mb_by_tenth: Annotated[list[float], Column("memory by tenth of the drive (MB)", ".0f")]
-    """Medians of what the node's process held, in the order of the drive."""
+    """Medians of the memory of the node's process, in the order of the drive."""
     peak_memory_mb: Annotated[float, Column("memory at most (MB)", ".0f")]
-    """Also while it saved a map."""
+    """Including while it saved a map."""
     cpu_share: Annotated[float, Column("share of a core", ".1%")]
     stolen_share: Annotated[float, Column("of a core, taken by other machines", ".1%")]
-    """Given to other virtual machines on the same host while the drive was played; scans wait."""
+    """Given to other virtual machines on the same host during the drive, which delays scans."""
     error_live_m: Annotated[float | None, Column("error, live (m)", ".4f")]
     error_offline_m: Annotated[float | None, Column("error, offline (m)", ".4f")]
     on_walls_live: Annotated[float | None, Column("end points on walls, live", ".3f")]
@@ -76,7 +76,7 @@ class Playback:
     speed: float
     """1 is real time."""
     domain: int
-    """Of ROS."""
+    """ROS domain."""
 
 
 PlayedNode: TypeAlias = Callable[[PlayedDrive, BagReader, Playback], LiveFigures]
@@ -179,7 +179,7 @@ def play_to_mapper(drive: PlayedDrive, reader: BagReader, playback: Playback) ->
 
 
 def _of_both(reader: BagReader, summary: dict[str, Any]) -> dict[str, Any]:
-    """The figures that both nodes have."""
+    """The figures common to both nodes."""
     tenths = [tenth for tenth in np.array_split(summary["memory_mb"], 10) if len(tenth)]
     return {
         "scans": reader.topics[reader.scan_topic].message_count,
@@ -196,7 +196,7 @@ def _of_both(reader: BagReader, summary: dict[str, Any]) -> dict[str, Any]:
 
 
 def _find_start(reader: BagReader, drive: PlayedDrive, config: LocalizationConfig) -> Pose:
-    """(3,) known, or found by a search of the whole map."""
+    """(3,) as known, or found by a search of the whole map."""
     if drive.truth is not None:
         start: Pose = drive.truth.map_from_base[0]
         return start
@@ -217,19 +217,19 @@ def _localize_offline(
 
 
 def _mean_error(estimated: Trajectory, truth: Trajectory | None) -> float | None:
-    """Metres, in the frame of the map; None where no truth is known."""
+    """Metres, in the map frame; None if the truth is unknown."""
     if truth is None:
         return None
     return float(compare(estimated, truth, reference_from_map=IDENTITY).positions.mean())
 
 
 def _path_error(estimated: Trajectory, truth: Trajectory | None) -> float | None:
-    """Metres, of paths laid on each other; None where no truth is known."""
+    """Metres, after aligning the paths; None if the truth is unknown."""
     return None if truth is None else compare(estimated, truth).summary()["absolute_position_m"]["mean"]
 
 
 def _share_on_walls(walls: WallFit, reader: BagReader, trajectory: Trajectory) -> float:
-    """How much of the scans lies on walls, seen from the poses that were estimated for them."""
+    """The share of the scans' points that lie on walls, from the estimated poses."""
     poses = dict(zip(trajectory.stamps.tolist(), trajectory.map_from_base, strict=True))
     shares = [
         walls.share(message, poses[message.stamp])

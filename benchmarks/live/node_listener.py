@@ -1,4 +1,4 @@
-"""What a node publishes, as another process receives it."""
+"""Receives what a node publishes, in another process."""
 
 import time
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from racecar.pipelines.live.ros.run import ros_node, served
 
 
 class NodeListener:
-    """Gathers the scans that a node receives too, and the poses that it publishes."""
+    """Collects the scans that a node receives too, and the poses that it publishes."""
 
     def __init__(self, node: Any) -> None:
         self._node = node
@@ -32,11 +32,11 @@ class NodeListener:
         node.create_subscription(OdometryMessage, "/pf/pose/odom", self._on_odometry, 1000)
 
     def is_node_there(self) -> bool:
-        """Whether another node listens to scans."""
+        """Whether another node has subscribed to scans."""
         return int(self._node.count_subscribers("/scan")) > 1
 
     def latency_ms(self) -> dict[str, float]:
-        """Median and 99th percentile from a scan's arrival here to that of its pose."""
+        """Median and 99th percentile of the time from a scan's arrival here to its pose's."""
         both = [
             (self._scans_at[stamp], at) for stamp, at in self._poses_at.items() if stamp in self._scans_at
         ]
@@ -67,7 +67,7 @@ class NodeListener:
 
 @contextmanager
 def listening() -> Iterator[NodeListener]:
-    """Listen while the block lasts."""
+    """Listen during the block."""
     with ros_node("racecar_benchmark", []) as node:
         heard = NodeListener(node)
         with served(node):

@@ -1,4 +1,4 @@
-"""The drives that are played to the nodes."""
+"""The drives played to the nodes."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 @dataclass(frozen=True)
 class PlayedDrive:
-    """A bag to be played, and what is known of it."""
+    """A bag to play, and what is known about it."""
 
     name: str
     bag: Path
@@ -20,7 +20,7 @@ class PlayedDrive:
 
 
 def simulated_drive(folder: Path, seconds: float, seed: int) -> PlayedDrive:
-    """A drive through the shipped building, whose truth is known."""
+    """A drive through the shipped building, with a known truth."""
     config = SimulationConfig(noise="slight", seed=seed, duration=seconds)
     simulation = Simulation(load_map(Path("building")), config)
     bag = folder / "simulated"
@@ -29,7 +29,7 @@ def simulated_drive(folder: Path, seconds: float, seed: int) -> PlayedDrive:
 
 
 def recorded_drive(recordings: Path) -> PlayedDrive | None:
-    """The race car in the basement, where there are recordings."""
+    """The race car in the basement, if there are recordings."""
     bag = recordings / "racecar" / "session_A"
     if not bag.exists():
         return None

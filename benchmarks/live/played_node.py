@@ -15,17 +15,17 @@ from racecar.pipelines.files.report import resident_memory_mb
 from racecar.pipelines.live.ros.processes import private_environment, racecar_process
 
 _READY_SECONDS = 120.0
-"""A node compiles its kernels when it starts for the first time, which takes about a minute."""
+"""Seconds; a node compiles its kernels when it first starts, which takes about a minute."""
 _MEMORY_EVERY = 1.0
-"""Seconds between two looks at a node's memory."""
+"""Seconds between measurements of a node's memory."""
 
 
 def play_to_node(
     arguments: list[str], drive: PlayedDrive, odom_topic: str | None, domain: int, speed: float
 ) -> tuple[dict[str, Any], NodeListener]:
-    """Play the bag to a node; its summary, with its memory of every second, and what was heard of it.
+    """Play the bag to a node; returns its summary, with its memory every second, and its listener.
 
-    Raises UserError when the node does not start.
+    Raises UserError if the node does not start.
     """
     environment = private_environment(domain)
     os.environ.update({name: environment[name] for name in environment if name.startswith("ROS_")})
@@ -39,7 +39,7 @@ def play_to_node(
                 raise UserError(f"The node does not start: {log.read_text().strip()}")
             memory: list[float] = []
             play = ["play", str(drive.bag), "--quiet", "--speed", str(speed)]
-            play += ["--listeners", "2", "--wait", "30"]  # the node, and this process
+            play += ["--listeners", "2", "--wait", "30"]  # the node and this process
             began, stolen = time.monotonic(), _stolen_seconds()
             with racecar_process(play, environment, log) as player:
                 while player.poll() is None:
@@ -51,7 +51,7 @@ def play_to_node(
 
 
 def _stolen_seconds() -> float:
-    """Processor time that the host gave to others since this machine started; nan where it is not known."""
+    """Processor seconds that the host gave to others since this machine started; nan if unknown."""
     try:
         stolen = Path("/proc/stat").read_text().split(maxsplit=9)[8]
     except (OSError, IndexError):

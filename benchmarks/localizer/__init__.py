@@ -1,1 +1,1 @@
-"""How fast the localizer is."""
+"""The localizer's speed."""

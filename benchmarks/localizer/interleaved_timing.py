@@ -1,4 +1,4 @@
-"""The localizer's step, its parts, bare loads and the plain filter, timed in turns."""
+"""Interleaved timing of the localizer's step, its parts, bare loads and the plain filter."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,18 +14,18 @@ from racecar.maps.geometry.se2 import Pose, between, inverse, transform_points
 from racecar.pipelines.simulation.laser_models import UST_10LX
 
 PARTS = ("end points", "sensor", "resampling", "moments", "refinement", "lookout")
-"""Of the step, those that can be measured alone."""
+"""The parts of the step that can be measured separately."""
 _START_DEVIATIONS = np.array([0.05, 0.05, 0.02])
-"""Metres and radians, of the plain filter's first cloud."""
+"""Metres and radians, for the plain filter's first cloud."""
 
 
 class InterleavedTiming:
-    """What is compared, on one drive. Everything finds the caches warm, as in a tight loop."""
+    """The comparison on one drive. All caches are warm, as in a tight loop."""
 
     def __init__(
         self, drive: MeasuredDrive, perception: Perception, spread_particles: int, rng: np.random.Generator
     ) -> None:
-        """Of the step the sensor is also measured on particles all over the map."""
+        """The sensor is also measured on particles all over the map."""
         self.resampled: list[bool] = []
         self.errors: list[float] = []
         """Metres from the truth after each step."""
@@ -39,7 +39,7 @@ class InterleavedTiming:
         self._plain_odometry = drive.odom_from_base
 
     def take(self, steps: int, watch: Stopwatch) -> None:
-        """Time some steps of the localizer, its parts and the bare loads as often, the others once."""
+        """Time this many steps of the localizer, its parts and the bare loads, and the others once."""
         for _ in range(steps):
             self._drive.next_step()
             estimate = watch.time("step", self._drive.feed)
@@ -76,9 +76,9 @@ class InterleavedTiming:
             watch.time_warm(name, parts[name], repetitions)
 
     def _loads(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint8]]:
-        """Places (N,) of the cloud in the field's codes, laid out flat, and offsets (P,) of points.
+        """Flat indices (N,) of the cloud's places in the field's codes, and offsets (P,) of the points.
 
-        As if all particles faced the same way.
+        As if all particles had the same heading.
         """
         field, (cloud, _) = self._perception.field, self._drive.localizer.particles()
         grid = self._perception.walls.grid

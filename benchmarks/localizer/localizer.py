@@ -1,8 +1,8 @@
-"""How fast the localizer is, beside the memory loads it cannot do without and a filter written plainly.
+"""The localizer's speed, compared with its unavoidable memory loads and a plain filter.
 
-All in one process and, but for the checks of threads and cores, in one thread, warmed up. What is compared
-takes turns, so that other work on the machine slows both; times are medians of this thread's time of the
-processor, and ratios of times medians of those within a round.
+Everything runs in one warmed-up process and, except for the checks of threads and cores, in one thread.
+Measurements are interleaved, so that other work on the machine slows all of them. Times are medians of this
+thread's processor time; ratios are medians of the ratios within a round.
 """
 
 from collections.abc import Mapping
@@ -29,15 +29,15 @@ from racecar.maps.shipped import shipped_map
 
 @dataclass(frozen=True)
 class Workload:
-    """How much is measured."""
+    """The amount of work measured."""
 
     particles: int = 4000
     beams: int = 100
     spread_particles: int = 100_000
     rounds: int = 30
-    """In each, everything takes its turn."""
+    """Each round measures everything once."""
     steps: int = 10
-    """Of the drive in each round."""
+    """Steps of the drive per round."""
     warm_up_steps: int = 40
     surveys: int = 3
     searches: int = 10
@@ -46,7 +46,7 @@ class Workload:
 
     @property
     def steps_in_all(self) -> int:
-        """Once the cloud is narrow."""
+        """Number of steps after the cloud has converged."""
         return self.steps * (self.rounds + 1) + self.pace_steps * self.pace_rounds
 
 
@@ -58,51 +58,51 @@ class LocalizerFigures:
     """The figures on one map."""
 
     step_ms: Annotated[float, Column("full step (ms)", ".3f")]
-    """Motion, sensor, resampling and estimate of one scan, and taking in the odometry before it."""
+    """Motion, sensor, resampling and estimate of one scan, and adding the odometry before it."""
     loads_ms: Annotated[float, Column("bare loads (ms)", ".3f")]
-    """Bare loads of those codes of the likelihood field that the cloud's sensor needs."""
+    """Bare loads of the likelihood field's codes that the sensor update of the cloud needs."""
     plain_step_ms: Annotated[float, Column("plain filter's step (ms)", ".3f")]
     step_beside_thread_ms: Annotated[float, Column("step beside a busy Python thread (ms)", ".3f")]
-    """Whenever a kernel ends, Python lets that loop run on for some milliseconds before the step goes on."""
+    """Whenever a kernel ends, Python lets that loop run for a few milliseconds before the step continues."""
     error_m: Annotated[float, Column("mean error, this filter (m)", ".3f")]
-    """Mean distance to the truth: it is filters at work that were measured."""
+    """Mean distance to the truth, which shows that working filters were measured."""
     plain_error_m: Annotated[float, Column("mean error, plain filter (m)", ".3f")]
     resampled: Annotated[float, Column("steps that resampled", ".0%")]
     step_parts_ms: dict[str, float]
-    """Each measured alone on the cloud of the moment; the rest is motion, weights and Python."""
+    """Each part measured separately on the current cloud; the rest is motion, weights and Python."""
     cloud_ns_per_particle: float
     spread_ns_per_particle: float
     loads_ratio: float
-    """The full step over the bare loads."""
+    """Ratio of the full step to the bare loads."""
     plain_ratio: float
-    """The filter written plainly over the full step."""
+    """Ratio of the plain filter to the full step."""
     spread_ratio: float
-    """Time per particle spread over the whole map over that in a narrow cloud."""
+    """Ratio of the time per particle spread over the whole map to that in a narrow cloud."""
     survey_seconds: float
-    """By the clock, of the map."""
+    """Wall time of the map's survey."""
     search_gain: float
-    """The time that the search of the whole map for a scan takes on one core over that on both."""
+    """Ratio of the time to search the whole map for a scan on one core to that on both."""
     other_thread_pace: float
-    """Of a Python loop in another thread during updates, as a share of its pace while this thread spins."""
+    """Pace of a Python loop in another thread during updates, as a share of that while this thread spins."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """A figure that has to reach a bar."""
+    """A figure and its limit."""
 
     figure: str
-    """Of `LocalizerFigures`."""
+    """Name of a figure of `LocalizerFigures`."""
     bar: float
     is_upper: bool
     shape: str = ".2f"
 
     def holds(self, figures: LocalizerFigures) -> bool:
-        """Whether it does."""
+        """Whether the figure is within its limit."""
         value = getattr(figures, self.figure)
         return bool(value <= self.bar if self.is_upper else value >= self.bar)
 
     def cells(self, maps: Mapping[str, LocalizerFigures]) -> dict[str, str]:
-        """Its value on each map."""
+        """The figure on each map."""
         missed = [name for name, figures in maps.items() if not self.holds(figures)]
         return {
             "bar": f"{'≤' if self.is_upper else '≥'} {self.bar:g}",
@@ -139,7 +139,7 @@ def localizer(bench: Bench) -> None:
 
 
 def benchmark_maps() -> dict[str, OccupancyGrid]:
-    """The shipped building and, where there are recordings, the basement's map, by name."""
+    """The shipped building and, if there are recordings, the basement's map, by name."""
     maps = {"building": load_map(shipped_map("building"))}
     basement = recordings_folder() / "racecar" / "maps" / "stata_basement.yaml"
     if basement.exists():
@@ -152,7 +152,7 @@ def time_localizer(
 ) -> LocalizerFigures:
     """Measure on a simulated drive through a map.
 
-    Raises UserError when the car finds no room in it.
+    Raises UserError if the map has no room for the car.
     """
     counts = {"particles": workload.particles, "fewest_particles": workload.particles}
     config = settings.model_copy(update={**counts, "beams": workload.beams})
@@ -164,7 +164,7 @@ def time_localizer(
     places, points = perception.places, drive.points
     searching = time_second_core(lambda: places.find(points, config.particles, rng), workload.searches)
     turns = InterleavedTiming(drive, perception, workload.spread_particles, rng)
-    turns.take(workload.steps, Stopwatch())  # compiles what is compared
+    turns.take(workload.steps, Stopwatch())  # compiles the measured code
     for _ in range(workload.rounds):
         watch.begin_round()
         turns.take(workload.steps, watch)

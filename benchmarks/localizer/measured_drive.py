@@ -1,4 +1,4 @@
-"""What the localizer's benchmark runs on: a simulated drive, followed with a fixed number of particles."""
+"""The drive of the localizer's benchmark: simulated, and tracked with a fixed number of particles."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,21 +21,21 @@ from racecar.sensors.scan import Scan
 
 @dataclass(frozen=True, eq=False)
 class DriveStep:
-    """What comes in from one scan to the next."""
+    """The input from one scan to the next."""
 
     odometry: list[Odometry]
     scan: Scan
     map_from_base: Pose
-    """The truth at the scan."""
+    """The true pose at the scan."""
 
 
 class MeasuredDrive:
-    """A localizer that follows a simulated drive, step by step."""
+    """A localizer that tracks a simulated drive step by step."""
 
     def __init__(
         self, grid: OccupancyGrid, config: LocalizationConfig, steps: int, warm_up_steps: int, seed: int
     ) -> None:
-        """The first steps compile the kernels and gather the cloud. Raises UserError when no car has room."""
+        """The first steps compile the kernels and narrow the cloud. Raises UserError if no car has room."""
         self.config = config
         self.localizer = Localizer(grid, config, np.random.default_rng(seed))
         self._steps = iter(list(_simulated(grid, (steps + warm_up_steps + 4) * UST_10LX.scan_time, seed)))
@@ -48,21 +48,21 @@ class MeasuredDrive:
             self.feed()
 
     def next_step(self) -> DriveStep:
-        """Drive on to the next scan."""
+        """Advance to the next scan."""
         self.step = next(self._steps)
         for sample in self.step.odometry:
             self._odometry.add(sample)
         return self.step
 
     def feed(self) -> PoseEstimate:
-        """The localizer's work in this step."""
+        """Run the localizer for this step."""
         for sample in self.step.odometry:
             self.localizer.add_odometry(sample)
         return self.localizer.add_scan(self.step.scan)
 
     @property
     def points(self) -> EndPoints:
-        """Of the scan, as the localizer selects them."""
+        """End points of the scan as selected by the localizer."""
         return select_points(self.step.scan, self.config.beams, self._odometry.pose_at)
 
     @property

@@ -1,4 +1,4 @@
-"""Whether another thread makes progress while the localizer works."""
+"""Measures the progress of another thread while the localizer works."""
 
 import time
 from collections.abc import Callable
@@ -11,11 +11,11 @@ from benchmarks.localizer.measured_drive import MeasuredDrive
 from benchmarks.localizer.reference_kernels import spin
 
 _TRIAL_TURNS = 10_000_000
-"""Turns of the spin by which its speed is measured: some milliseconds."""
+"""Iterations for measuring the speed of the spin: a few milliseconds."""
 
 
 class _Counter(Thread):
-    """A loop in Python that counts as fast as the interpreter lets it."""
+    """A Python loop that counts as fast as the interpreter allows."""
 
     def __init__(self) -> None:
         super().__init__(daemon=True)
@@ -27,12 +27,12 @@ class _Counter(Thread):
             self.count += 1
 
     def stop(self) -> None:
-        """Stop counting and wait for it."""
+        """Stop counting and wait for the thread."""
         self._is_over.set()
         self.join()
 
     def during(self, work: Callable[[], object]) -> NDArray[np.float64]:
-        """(2,) how far it counts while this thread works, and the seconds that takes."""
+        """(2,) counts during the work in this thread, and the seconds it takes."""
         count, started = self.count, time.perf_counter()
         work()
         return np.array([self.count - count, time.perf_counter() - started])
@@ -41,10 +41,10 @@ class _Counter(Thread):
 def pace_of_other_thread(
     drive: MeasuredDrive, rounds: int, steps: int, step_seconds: float
 ) -> tuple[float, float]:
-    """The other thread's pace during steps, as a share of its pace while this thread spins without Python.
+    """The other thread's pace during steps, relative to its pace while this thread spins without Python.
 
-    And how many milliseconds a step then takes. Both take turns; a spin is as long as the steps of a round
-    take by themselves.
+    Also returns the milliseconds of a step. Both alternate; a spin takes as long as the steps of a round take
+    alone.
     """
     turns = int(steps * step_seconds / _seconds_per_turn())
     spinning, stepping = np.zeros(2), np.zeros(2)

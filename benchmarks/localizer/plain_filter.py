@@ -1,7 +1,7 @@
-"""The usual particle filter, written plainly: what the localizer is faster than.
+"""A plain implementation of the usual particle filter, the reference for the localizer's speed.
 
-Rays are marched through the distance field by numba, all else is plain NumPy: a look-up in the
-sensor table, ``random.choice``, the mean of the particles.
+Rays are marched through the distance field by numba. The rest is plain NumPy: a look-up in the sensor table,
+``random.choice``, the mean of the particles.
 """
 
 import numpy as np
@@ -15,18 +15,18 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.runs.evaluation.course_filter import sensor_table
 
 _NOISE = 0.02
-"""Metres and radians, added by every step."""
+"""Metres and radians added by every step."""
 _SQUASH = 2.2
-"""The root that is taken of a scan's likelihood, the course's value."""
+"""The root taken of a scan's likelihood; the value used in the course."""
 
 
 class PlainFilter:
-    """Motion, sensor, resampling and estimate with nothing done beforehand but the distance field."""
+    """Motion, sensor, resampling and estimate, with nothing precomputed but the distance field."""
 
     def __init__(
         self, grid: OccupancyGrid, max_range: float, map_from_base: Pose, rng: np.random.Generator
     ) -> None:
-        """Starts from particles (N, 3)."""
+        """Start from particles (N, 3)."""
         self._map_from_grid, self._resolution = grid.map_from_grid, grid.resolution
         self._distances = (distance_to_occupied(grid) / grid.resolution).astype(np.float32)
         self._reach = round(max_range / grid.resolution)
@@ -35,7 +35,7 @@ class PlainFilter:
         self._rng = rng
 
     def step(self, base_from_next_base: Pose, points: EndPoints) -> Pose:
-        """(3,) the pose after an increment (3,) of odometry and a scan."""
+        """(3,) pose after an odometry increment (3,) and a scan."""
         noise = _NOISE * self._rng.standard_normal(self._particles.shape)
         self._particles = compose(self._particles, base_from_next_base + noise)
         weights = self._weights(points)
@@ -45,7 +45,7 @@ class PlainFilter:
         return np.array([x, y, mean_angle(self._particles[:, 2])])
 
     def expected_cells(self, points: EndPoints) -> NDArray[np.float64]:
-        """(N, P) what the map says that each particle would measure."""
+        """(N, P) ranges expected from the map for each particle, in cells."""
         starts = between(self._map_from_grid, compose(self._particles, [*points.laser, 0.0]))
         starts[:, :2] /= self._resolution
         x, y = (points.in_base - points.laser).T

@@ -1,4 +1,4 @@
-"""The loops that the localizer is measured against."""
+"""The reference loops for the localizer's speed."""
 
 import math
 
@@ -11,9 +11,9 @@ from racecar.maps.geometry.se2 import Pose
 
 @njit(cache=True, nogil=True)
 def add_up_loads(places: NDArray[np.int64], offsets: NDArray[np.int64], codes: NDArray[np.uint8]) -> int:
-    """What a sensor update at least must read and nothing else: a byte for each particle and point.
+    """The minimum that a sensor update must read: one byte for each particle and point.
 
-    It is known beforehand where: at the place (N,) of a particle in ``codes``, laid out flat, plus the offset
+    Addresses are known beforehand: the index (N,) of a particle in the flattened ``codes`` plus the offset
     (P,) of a point.
     """
     total = 0
@@ -29,7 +29,7 @@ def march_rays(
 ) -> NDArray[np.float64]:
     """(N, B) cells to the nearest wall, at most ``reach``, from starts (N, 3) of column, row and heading.
 
-    ``distances`` (rows, columns) are cells to the nearest wall: as far, a ray can safely leap.
+    ``distances`` (rows, columns) are cells to the nearest wall, by which a ray can safely advance.
     """
     rows, columns = distances.shape
     ranges = np.empty((len(starts), len(bearings)))
@@ -47,14 +47,14 @@ def march_rays(
                 leap = distances[row, column]
                 if leap <= 0.0:
                     break
-                gone += max(leap - 1.0, 1.0)  # a cell less, as both ends are somewhere within their cells
+                gone += max(leap - 1.0, 1.0)  # one cell less, as both ends are somewhere within their cells
             ranges[i, beam] = min(gone, reach)
     return ranges
 
 
 @njit(cache=True, nogil=True)
 def spin(turns: int) -> int:
-    """Work that needs neither memory nor the interpreter; its result means nothing."""
+    """Work that uses neither memory nor the interpreter; its result is meaningless."""
     state = np.uint64(1)
     for _ in range(turns):
         state ^= state << np.uint64(13)

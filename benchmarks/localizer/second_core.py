@@ -1,4 +1,4 @@
-"""How much sooner work in two threads is done with a second core."""
+"""The speedup of two threads from a second core."""
 
 import os
 import time
@@ -12,17 +12,17 @@ import numpy as np
 
 @dataclass(frozen=True)
 class SecondCore:
-    """Medians of repeated work."""
+    """Medians over repetitions."""
 
     seconds: float
-    """By the clock, with the second core."""
+    """Wall time with the second core."""
     gain: float
-    """Of the same work on one core, over that; NaN where a process cannot be held to one core (macOS), or
-    the machine has no other."""
+    """Ratio of the time on one core to that; NaN if a process cannot be pinned to one core (macOS), or the
+    machine has no other."""
 
 
 def time_second_core(work: Callable[[], object], repetitions: int) -> SecondCore:
-    """Do the work repeatedly, with the second core and without in turns."""
+    """Repeat the work, alternating between one and two cores."""
     with_it, without = [], []
     for _ in range(repetitions):
         with_it.append(_seconds(work))
@@ -40,7 +40,7 @@ def _seconds(work: Callable[[], object]) -> float:
 
 @contextmanager
 def _on_one_core() -> Iterator[bool]:
-    """Whether threads that are started within the block share a core."""
+    """Pins threads started within the block to one core; yields whether that is possible."""
     if not hasattr(os, "sched_setaffinity") or len(cores := os.sched_getaffinity(0)) < 2:
         yield False
         return

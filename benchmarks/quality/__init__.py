@@ -1,1 +1,1 @@
-"""How often the verdict on a map is right: maps whose error is known, many of them made wrong on purpose."""
+"""The accuracy of map verdicts: maps with a known error, many of them made wrong on purpose."""

@@ -1,4 +1,4 @@
-"""Drives of which it is known where the car was: simulated ones, and recordings with their true poses."""
+"""Drives with known true poses: simulated ones, and recordings with a reference."""
 
 import random
 from collections.abc import Iterator
@@ -26,11 +26,11 @@ from racecar.sensors.measurement import Measurement
 from racecar.sensors.scan import Scan
 
 REFERENCE = "reference.tum"
-"""The name of the file beside a bag that has its true poses, by definition."""
+"""The name of the file with true poses beside a bag, by definition."""
 _BAGS = (".bag", ".db3", ".mcap")
 _FARTHEST_POSES = 3_000_000_000
-"""Nanoseconds between two poses of a reference, beyond which it does not tell where the car was in between;
-by judgement: some metres of driving."""
+"""Nanoseconds between two reference poses above which the pose in between is unknown. Chosen by judgement:
+several metres of driving."""
 
 _MAPS = ("building", "track", "twin_corridors", "bare_corridor", "long_track", "campus")
 _AILMENTS: tuple[dict[str, Any], ...] = (
@@ -47,23 +47,23 @@ _AILMENTS: tuple[dict[str, Any], ...] = (
     {"max_speed": 1.0, "scan_every": 2.0, "duration": 120.0},
     {"max_speed": 1.0, "scan_gaps": 3.0, "duration": 60.0},
 )
-"""What ails the car or its surroundings; a drive has one of them, or none."""
+"""Problems of the car or its surroundings; a drive has one or none of them."""
 _WELL = 0.4
-"""Share of the drives that have none. By judgement: most recordings are plain."""
+"""Share of the drives without a problem. Chosen by judgement: most recordings are plain."""
 
 
 @dataclass(frozen=True, eq=False)
 class KnownDrive:
-    """What a car recorded, and where it was."""
+    """A recorded drive and its true poses."""
 
     name: str
     messages: list[Measurement]
     truth: Trajectory
     mount: Pose
-    """(3,) of the laser on the base whose poses the truth has; that of the scans may have been corrected."""
+    """(3,) of the laser on the base of the true poses; that of the scans may have been corrected."""
 
     def is_known(self, stamps: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """(N,) whether the truth tells where the car was at some stamps (N,)."""
+        """(N,) whether the true pose is known at stamps (N,)."""
         known = self.truth.stamps
         after = np.clip(np.searchsorted(known, stamps), 1, len(known) - 1)
         is_near: NDArray[np.bool_] = known[after] - known[after - 1] < _FARTHEST_POSES
@@ -72,7 +72,7 @@ class KnownDrive:
 
 
 def simulated_drives(count: int, seed: int) -> Iterator[KnownDrive]:
-    """``count`` drives through each of the worlds, each drawn by a seed of its own."""
+    """``count`` drives through each of the worlds, each with its own seed."""
     for number in range(seed, seed + count):
         for plan in _MAPS:
             draw = random.Random(f"{plan} {number}")
@@ -85,9 +85,9 @@ def simulated_drives(count: int, seed: int) -> Iterator[KnownDrive]:
 
 
 def recorded_drives(folder: Path) -> Iterator[KnownDrive]:
-    """The recordings in a folder that have a reference beside them, with their sensors put right.
+    """The recordings in a folder that have a reference beside them, with their sensors corrected.
 
-    Raises UserError when there is none.
+    Raises UserError if there is none.
     """
     references = sorted(folder.rglob(REFERENCE))
     if not references:
@@ -104,7 +104,7 @@ def recorded_drives(folder: Path) -> Iterator[KnownDrive]:
 
 
 def _drawn(draw: random.Random) -> dict[str, Any]:
-    """Settings of `SimulationConfig`."""
+    """Random settings of `SimulationConfig`."""
     usual = {
         "noise": draw.choice(["none", "slight", "full", "full"]),
         "duration": draw.choice([25.0, 35.0, 45.0]),
@@ -116,5 +116,5 @@ def _drawn(draw: random.Random) -> dict[str, Any]:
 
 @cache
 def _plan(name: str) -> OccupancyGrid:
-    """One object for each, so that the way through it is planned once."""
+    """Always the same object, so that the path through it is planned once."""
     return load_map(Path(name))

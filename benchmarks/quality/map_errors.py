@@ -1,4 +1,4 @@
-"""How far a map is off, as the verdict states it: between places near each other, and as a whole."""
+"""The error of a map as the verdict states it: between nearby places, and over the whole map."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -13,37 +13,37 @@ from racecar.pipelines.runs.evaluation.relations import missed_relations
 from racecar.pipelines.simulation.path_smoothing import lengths_along
 
 _PLACES = 80
-"""Along the path, of which all pairs make up the error of the whole: some thousand, of which a mean is
-exact enough."""
+"""Number of places along the path whose pairs give the error of the whole map: a few thousand pairs, enough
+for an accurate mean."""
 _REACH = 4.0
-"""Metres within which two passes see the same, as where the verdict compares them."""
+"""Metres within which two passes see the same; the same as for the verdict."""
 _MOST_PAIRS = 20_000
-"""Pairs of passes that are compared at most, evenly, so that a long drive takes no longer."""
+"""Maximum number of pairs of passes compared, evenly spaced, so that a long drive takes no longer."""
 _LEAST_STEP, _LARGEST_STEP = 0.001, 0.5
-"""Metres of path that a keyframe stands for at least and at most, so that neither one who stands and turns
-nor a gap decides alone."""
+"""Bounds on the metres of path that a keyframe represents, so that neither turning on the spot nor a gap
+dominates."""
 
 
 @dataclass(frozen=True)
 class MapErrors:
-    """Of K keyframes."""
+    """Errors of K keyframes."""
 
     path_m: Annotated[float, Column("path (m)", ".0f")]
-    """True length."""
+    """True length in metres."""
     local_m: Annotated[float, Column("m per 10 m", ".2f")]
-    """Mean error of a keyframe's place seen from the keyframe some metres of path before, or seen from those
-    near it of other passes, whichever is worse; metres."""
+    """Mean position error of a keyframe relative to the keyframe some metres of path before it, or to nearby
+    keyframes of other passes, whichever is worse; metres."""
     whole_m: Annotated[float, Column("of all (m)", ".2f")]
-    """Mean error of a keyframe's place seen from any other, metres."""
+    """Mean position error of a keyframe relative to any other, metres."""
     worst_m: float
-    """The largest error over these metres of path."""
+    """Largest error over this length of path, metres."""
     worst: tuple[int, int]
-    """From which keyframe to which."""
+    """The pair of keyframes with that error."""
 
 
 def map_errors(found: Pose, true: Pose, distance: float) -> MapErrors:
-    """Of keyframes (K, 3), K at least 2, against the true ones (K, 3); ``distance`` metres of path apart for
-    the local error, or half the path where that is shorter."""
+    """Errors of keyframes (K, 3), K at least 2, against the true ones (K, 3). The local error is over
+    ``distance`` metres of path, or half of the path if that is shorter."""
     along = lengths_along(true[:, :2])
     reach = min(distance, float(along[-1]) / 2.0)
     second = np.flatnonzero((along >= reach) & (np.arange(len(along)) > 0))
@@ -65,7 +65,7 @@ def map_errors(found: Pose, true: Pose, distance: float) -> MapErrors:
 
 
 def _between_passes(found: Pose, true: Pose, distance: float) -> float:
-    """Mean error of a keyframe's place seen from one near it, over ``distance`` metres of path later; 0 where
+    """Mean position error of a keyframe relative to one near it, over ``distance`` metres of path later; 0 if
     no place is passed twice."""
     along = lengths_along(true[:, :2])
     pairs = np.sort(cKDTree(true[:, :2]).query_pairs(_REACH, output_type="ndarray"), axis=1)
@@ -79,6 +79,6 @@ def _between_passes(found: Pose, true: Pose, distance: float) -> float:
 def _missed(
     found: Pose, true: Pose, first: NDArray[np.int64], second: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """(R,) metres between where a keyframe was seen from another one and where it is in the map."""
+    """(R,) metres of error in the position of keyframes ``second`` relative to keyframes ``first``."""
     off = missed_relations(found, true, first, second)
     return np.hypot(off[:, 0], off[:, 1])

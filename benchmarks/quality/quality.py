@@ -1,4 +1,4 @@
-"""Maps of known error, many of them wrong, and how often the verdict on them is right."""
+"""Maps with a known error, many of them wrong, and how often their verdict is right."""
 
 import random
 from dataclasses import asdict
@@ -30,7 +30,7 @@ from racecar.pipelines.bags.replay import feed
 from racecar.sensors.fixed_returns.fixed_returns import FixedReturns
 
 _SHORTEST = 1.0
-"""Metres of path, below which there is no map to speak of; by judgement."""
+"""Metres of path below which there is no meaningful map. Chosen by judgement."""
 
 
 def quality(
@@ -87,16 +87,16 @@ def quality(
 
 
 def drawn_spoilings(drive: KnownDrive, count: int) -> dict[str, Variant]:
-    """None, and some of the ways there are to make a drive worse, which its name draws."""
+    """The unchanged drive, and a selection of ways to spoil it that is drawn by the drive's name."""
     others = [name for name in SPOILINGS if name != UNSPOILED]
     drawn = [UNSPOILED, *random.Random(drive.name).sample(others, count)]
     return {name: SPOILINGS[name] for name in drawn}
 
 
 def judged_map(drive: KnownDrive, spoiling: Variant, base: MappingConfig) -> JudgedMap | None:
-    """Map a drive that was made worse, and compare the verdict with the truth.
+    """Map a spoiled drive and compare the verdict with the truth.
 
-    None where there is no map at all, which is an honest answer, or too little of the path is known.
+    None if there is no map, which is an honest answer, or if too little of the true path is known.
     """
     try:
         result = spoiled_map(drive, spoiling, base)
@@ -106,7 +106,7 @@ def judged_map(drive: KnownDrive, spoiling: Variant, base: MappingConfig) -> Jud
 
 
 def spoiled_map(drive: KnownDrive, spoiling: Variant, base: MappingConfig) -> MappingResult:
-    """Map a drive that was made worse. Raises UserError when nothing is left to map."""
+    """Map a spoiled drive. Raises UserError if nothing is left to map."""
     mapper = Mapper(spoiling.configured(base.model_copy(update={"refine": False})))
     with spoiling.in_place():
         for message in FixedReturns().filtered(spoiling.spoiled(drive.messages)):
@@ -115,12 +115,12 @@ def spoiled_map(drive: KnownDrive, spoiling: Variant, base: MappingConfig) -> Ma
 
 
 def compared_with_truth(drive: KnownDrive, result: MappingResult, config: QualityConfig) -> JudgedMap | None:
-    """None where too little of the path is known."""
+    """The map compared with the truth; None if too little of the true path is known."""
     stamps = result.trajectory.stamps[result.keyframe_indices]
     known = np.flatnonzero(drive.is_known(stamps))
     if len(known) < 2:
         return None
-    # A wrong mount moves the car in the map, and leaves the map itself as it is.
+    # A wrong mount moves the car in the map, but leaves the map itself unchanged.
     true = compose(drive.truth.poses_at(stamps[known]), drive.mount)
     lasers = result.session.map_from_keyframe
     errors = map_errors(lasers[known], true, LOCAL_DISTANCE)
@@ -142,8 +142,8 @@ def compared_with_truth(drive: KnownDrive, result: MappingResult, config: Qualit
 
 
 def _off_named(quality: MapQuality, lasers: Pose) -> NDArray[np.float64]:
-    """(K,) metres from each of the lasers' poses (K, 3) to the path of the segments that are named; infinite
-    where none is."""
+    """(K,) metres from each laser pose (K, 3) to the path of the reported segments; infinite if there are
+    none."""
     runs = [run for s in quality.segments for run in (s.keyframes, s.contradicted_by) if run is not None]
     if not runs:
         return np.full(len(lasers), np.inf)

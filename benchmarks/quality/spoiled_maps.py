@@ -1,7 +1,7 @@
-"""What makes a map wrong, by name: faults of the input, and mechanisms of the mapper switched off.
+"""Ways to spoil a map, by name: input faults, and mechanisms of the mapper switched off.
 
-A laser upside down, which mirrors the map, is not among them: nothing in the map speaks against it, and it is
-for the calibration to find, which reads a recording before it is mapped.
+A laser mounted upside down, which mirrors the map, is not among them. Nothing in the map contradicts it; the
+calibration, which reads a recording before it is mapped, has to find it.
 """
 
 from collections.abc import Callable, Mapping

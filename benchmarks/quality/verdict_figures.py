@@ -1,4 +1,4 @@
-"""How often verdicts were right, counted."""
+"""Counts how often verdicts were right."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from racecar.mapping.quality.map_quality import Verdict
 
 TRUE_KINDS = ("good", "between", "wrong")
 NEAR = 10.0
-"""Metres between a place that was named and the worst error, within which it was found; by judgement: it is
-in view."""
+"""Metres between a reported place and the worst error within which that error counts as found. Chosen by
+judgement: it is in view."""
 _WRONG_FACTOR = 3.0
-"""By what factor the error of a map exceeds that of a good one when it is wrong beyond dispute: three times,
-by definition of the figures."""
+"""Ratio of a map's error to that of a good one above which it is clearly wrong: three times, by definition of
+the figures."""
 _LOCAL, _WHOLE = (0.03, 1.0), (0.1, 5.0)
-"""Metres, below and above which expected and true errors count as the same: references err as much as the
-first, and a map that errs by the second, ten times what a good one may, is useless by however much."""
+"""Metres at which expected and true errors are clipped. References err by as much as the lower bounds. A map
+with an error at the upper bounds, ten times that of a good one, is useless anyway."""
 
 
 @dataclass(frozen=True)
@@ -28,37 +28,37 @@ class JudgedMap:
     """A map, its errors and the verdict on it."""
 
     kind: Annotated[str, Column("is")]
-    """What it truly is, one of `TRUE_KINDS`."""
+    """The true kind of the map, one of `TRUE_KINDS`."""
     verdict: Annotated[str, Column("called")]
     errors: MapErrors
     expected_local_m: Annotated[float, Column("expected (m per 10 m)", ".2f")]
     expected_whole_m: Annotated[float, Column("expected of all (m)", ".2f")]
     place_off_m: float | None
-    """From the worst error to the nearest segment that was named; None where none was."""
+    """From the worst error to the nearest reported segment; None without one."""
     near_share: float
-    """Share of all keyframes that lie within `NEAR` of a segment that was named."""
+    """Share of all keyframes within `NEAR` of a reported segment."""
     judging_seconds: float
     statistics: dict[str, float]
 
 
 @dataclass(frozen=True)
 class VerdictShare:
-    """NaN where there is nothing to take it of."""
+    """A share, NaN if there is nothing to count."""
 
     measured: Annotated[float, Column("measured", ".1%")]
     by_chance: Annotated[float | None, Column("by chance", ".1%")] = None
-    """Where one error is expected of all maps, the best one; of places, the share of all that are near one
-    that was named."""
+    """For expected errors: the best share for one error expected of all maps. For places: the share of
+    keyframes near a reported one."""
 
 
 def kind_of(errors: MapErrors, config: QualityConfig) -> str:
-    """What a map truly is."""
+    """The true kind of a map."""
     excess = max(errors.local_m / config.good_local, errors.whole_m / config.good_whole)
     return TRUE_KINDS[int(excess > 1.0) + int(excess > _WRONG_FACTOR)]
 
 
 def verdict_counts(maps: Sequence[JudgedMap]) -> dict[str, dict[str, int]]:
-    """How many maps there are of each kind, by the verdict on them."""
+    """Number of maps of each kind, by verdict."""
     counts = {kind: {verdict.value: 0 for verdict in Verdict} for kind in TRUE_KINDS}
     for judged in maps:
         counts[judged.kind][judged.verdict] += 1
@@ -66,7 +66,7 @@ def verdict_counts(maps: Sequence[JudgedMap]) -> dict[str, dict[str, int]]:
 
 
 def verdict_shares(maps: Sequence[JudgedMap]) -> dict[str, VerdictShare]:
-    """What the verdicts on maps, at least one, are worth."""
+    """The accuracy of the verdicts on maps, at least one."""
     wrong = [judged for judged in maps if judged.kind == "wrong"]
     return {
         "wrong maps called good": VerdictShare(_share([each.verdict == "good" for each in wrong])),
@@ -88,9 +88,9 @@ def verdict_shares(maps: Sequence[JudgedMap]) -> dict[str, VerdictShare]:
 
 
 def _within_2(true: Sequence[float], expected: Sequence[float], bounds: tuple[float, float]) -> VerdictShare:
-    """Of the true errors that are within a factor of two of what is expected.
+    """The share of true errors within a factor of two of the expected ones.
 
-    Of one error that is expected of all, the best is twice one of them.
+    If one error is expected of all, the best choice is twice one of the true errors.
     """
     errors = np.clip(true, *bounds)
 

@@ -1,1 +1,1 @@
-"""How accurate the localizer is on real recordings."""
+"""The localizer's accuracy on real recordings."""

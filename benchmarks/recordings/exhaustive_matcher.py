@@ -1,8 +1,7 @@
-"""Where near a pose some scans fit best together, found by trying every pose: slow, but no filter.
+"""Finds the pose near a given one where scans fit best, by brute force: slow, but no filter.
 
-On a whole map a scan of a corridor, or of a room that has changed since the map was made, often fits best at
-some place that is tens of metres away, or turned round; so only a few metres are searched, and a
-sixth of a turn to either side.
+On a whole map a scan of a corridor, or of a room that has changed since the map was made, often fits best
+tens of metres away, or rotated. So the search covers only a few metres, and a sixth of a turn to each side.
 """
 
 from dataclasses import dataclass
@@ -18,30 +17,29 @@ from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
 
 _WINDOW, _TURN_WINDOW = 4.0, np.radians(60.0)
-"""Metres and radians about a pose that are searched."""
+"""Search range around a pose in metres and radians."""
 _COARSE, _COARSE_TURN, _COARSE_POINTS = 0.2, np.radians(4.0), 120
 _FINE, _FINE_TURN, _FINE_POINTS = 0.02, np.radians(1.0), 720
-"""Metres and radians between the poses that are tried, and how many end points their fit is measured by."""
+"""Metres and radians between tested poses, and the number of end points used."""
 _SHORTLIST, _CANDIDATES, _APART = 5_000, 20, 0.4
-"""How many of the best coarse poses are looked at, how many of them are refined, and how many metres apart
-those lie."""
+"""Number of best coarse poses considered, number of them refined, and the minimum metres between these."""
 _STEPS, _TURN_STEPS = np.arange(-10, 11), np.arange(-5, 6)
 _CLEARANCE = 0.1
-"""Metres from a wall at which a laser can be."""
+"""Minimum metres from a wall to the laser."""
 _BEHIND = 0.3
 """Metres behind a wall at which an end point certainly does not lie on it."""
 
 
 @dataclass(frozen=True, eq=False)
 class ScanSegment:
-    """Scans of a segment of a path, and where each was taken, seen from one place on it."""
+    """The scans of a path segment and their poses relative to one place on it."""
 
     scans: list[EndPoints]
     here_from_base: Pose
     """(S, 3)"""
 
     def end_points(self) -> NDArray[np.float64]:
-        """(N, 2) of all scans, seen from here."""
+        """(N, 2) end points of all scans relative to that place."""
         clouds = [
             transform_points(pose, scan.in_base)
             for scan, pose in zip(self.scans, self.here_from_base, strict=True)
@@ -50,7 +48,7 @@ class ScanSegment:
 
 
 class ExhaustiveMatcher:
-    """Tries all free places about a pose by how near end points are to walls."""
+    """Scores all free places around a pose by the distance of end points to walls."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
         self._grid = grid
@@ -60,10 +58,10 @@ class ExhaustiveMatcher:
         self._places = grid.center_of(cells[np.all(cells % step == step // 2, axis=1)])
 
     def match(self, segment: ScanSegment, map_from_here: Pose) -> tuple[Pose, float]:
-        """The pose (3,) that fits a segment best, and by how much better than the given one (3,) it does.
+        """The pose (3,) that fits a segment best, and the gain in fit over the given pose (3,).
 
-        The given one is the middle of the search. Fits are means over the end points: 1 on a wall, 1/2 at
-        0.1 m and 0 behind a wall.
+        The search is centred on the given pose. Fits are means over the end points: 1 on a wall, 1/2 at 0.1 m
+        and 0 behind a wall.
         """
         points = segment.end_points()
         laser = segment.scans[0].laser
@@ -78,7 +76,7 @@ class ExhaustiveMatcher:
     def _coarsely(
         self, points: NDArray[np.float64], map_from_here: Pose, laser: NDArray[np.float64]
     ) -> list[Pose]:
-        """The best poses about one (3,) that are not beside one another, with the laser at free places."""
+        """The best non-adjacent poses around a given one (3,), with the laser at free places."""
         base_from_laser = np.array([*laser, 0.0])
         map_from_laser = compose(map_from_here, base_from_laser)
         places = self._places[np.hypot(*(self._places - map_from_laser[:2]).T) < _WINDOW]
@@ -94,7 +92,7 @@ class ExhaustiveMatcher:
         return chosen
 
     def _finely(self, points: NDArray[np.float64], pose: Pose) -> Pose:
-        """The best of a lattice about a pose, and of one four times as fine about that."""
+        """The best pose of a lattice around a pose, refined by a lattice four times as fine."""
         for fineness in (1.0, 0.25):
             x, y, yaw = np.meshgrid(_FINE * _STEPS, _FINE * _STEPS, _FINE_TURN * _TURN_STEPS)
             poses = pose + fineness * np.column_stack([x.ravel(), y.ravel(), yaw.ravel()])
@@ -102,7 +100,7 @@ class ExhaustiveMatcher:
         return pose
 
     def _fits_in_sight(self, segment: ScanSegment, map_from_here: Pose) -> NDArray[np.float64]:
-        """(P,) fits of a segment from poses (P, 3); behind a wall end points do not fit at all."""
+        """(P,) fits of a segment at poses (P, 3); end points behind a wall do not fit at all."""
         count = -(-_FINE_POINTS // len(segment.scans))
         fits, returns = np.zeros(len(map_from_here)), 0
         for scan, here_from_base in zip(segment.scans, segment.here_from_base, strict=True):
@@ -112,7 +110,7 @@ class ExhaustiveMatcher:
         return fits / max(returns, 1)
 
     def _fits_of_scan(self, scan: EndPoints, map_from_base: Pose, count: int) -> NDArray[np.float64]:
-        """(P,) fits of at most so many of a scan's end points from poses (P, 3) of its base."""
+        """(P,) fits of at most ``count`` of a scan's end points at poses (P, 3) of its base."""
         points = scan.thinned(count).in_base
         x, y = (points - scan.laser).T
         bearings, ranges = np.arctan2(y, x), np.hypot(x, y)

@@ -1,4 +1,4 @@
-"""How well the end points of a scan lie on the walls of a map, from many poses."""
+"""How well the end points of a scan fit the walls of a map, at many poses."""
 
 import math
 
@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose
 
 _HALF_FIT = 0.1
-"""Metres from a wall at which a point fits half."""
+"""Metres from a wall at which the fit of a point is one half."""
 
 
 @njit(cache=True, nogil=True)
 def mean_fits(
     grid_from_base: Pose, points: NDArray[np.float64], distances: NDArray[np.float32], resolution: float
 ) -> NDArray[np.float64]:
-    """(P,) how well points (N, 2) of a base lie on walls from poses (P, 3): 1 on them, 0 far off, on average.
+    """(P,) mean fit of points (N, 2) of a base to walls at poses (P, 3): 1 on walls, 0 far away.
 
-    ``distances`` (rows, columns) are metres to the nearest wall; off the grid a point does not fit at all.
+    ``distances`` (rows, columns) are metres to the nearest wall; points off the grid do not fit at all.
     """
     rows, columns = distances.shape
     fits = np.zeros(len(grid_from_base))

@@ -1,4 +1,4 @@
-"""A recording's scans where the localizer put them, and the segments of the path around them."""
+"""The scans of a recording as placed by the localizer, and the path segments around them."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,25 +15,25 @@ from racecar.sensors.measurement import Measurement
 from racecar.sensors.scan import Scan
 
 _EVERY = 8
-"""Scans for each one that is used: at 40 a second the others show the same walls."""
+"""Scans per scan that is used: at 40 a second the others show the same walls."""
 
 
 @dataclass(frozen=True, eq=False)
 class LocalizedScans:
-    """The scans of a recording and a localizer's poses for them."""
+    """The scans of a recording and the localizer's poses for them."""
 
     scans: list[Scan]
     map_from_base: Pose
     """(S, 3)"""
     searches: int
-    """How often the place was searched for."""
+    """Number of place searches."""
 
     def segment_about(self, index: int, own_trajectory: Trajectory, reach: int) -> ScanSegment:
-        """One in eight of the ``reach`` scans before and after one (a multiple of eight), seen from where it
-        was taken.
+        """One in eight of the ``reach`` scans before and after a scan (a multiple of eight), relative to its
+        pose.
 
-        ``own_trajectory`` lies on the map that is made of the recording; the car's motion during each sweep
-        is taken from it too.
+        ``own_trajectory`` lies on the map made from the recording; it also gives the car's motion during each
+        sweep.
         """
         first = max(index % _EVERY, index - reach)
         scans = self.scans[first : index + reach + 1 : _EVERY]

@@ -1,10 +1,10 @@
-"""Real recordings, whose truth nobody knows: the localizer beside an exhaustive match.
+"""Real recordings without a known truth: the localizer compared with an exhaustive match.
 
-A scan alone may fit best elsewhere where the building has changed, people stand around or beams hit floors;
-together with those before and after it, laid beside one another as on the recording's own map, where the two
-maps differ. So each is matched alone and in shorter and longer segments, and of these matches the one counts
-that the others agree with best. A disagreement shows where to look, not who is right. And a match searches
-near the localizer's pose: of a localizer that is lost it shows that it is wrong, but not where the car is.
+A single scan may fit best elsewhere if the building has changed, people stand around or beams hit the floor.
+So may a segment of scans, joined as on the recording's own map, where the two maps differ. So each scan is
+matched alone and in shorter and longer segments, and the match that agrees best with the others counts. A
+disagreement shows where to look, not which one is right. A match searches near the localizer's pose: it shows
+that a lost localizer is wrong, but not where the car is.
 """
 
 import tempfile
@@ -28,32 +28,32 @@ from racecar.pipelines.runs.mapping_run import build_map
 from racecar.pipelines.runs.run_context import RunContext
 
 EVERY = 50
-"""Scans for each one that is matched, as an exhaustive match takes seconds."""
+"""One in this many scans is matched, as an exhaustive match takes seconds."""
 _REACHES = (0, 40, 80, 160, 240)
-"""Scans before and after one that are matched together with it; there are 40 a second."""
+"""Scans before and after a scan that are matched together with it; there are 40 a second."""
 _AGREES = 0.15
-"""Metres between two poses that count as the same place: three cells of a map of 5 cm, by judgement."""
+"""Metres between two poses that count as the same place. Chosen by judgement: three cells of a 5 cm map."""
 
 
 @dataclass(frozen=True)
 class RecordedDrive:
-    """A bag and the map to find it on."""
+    """A bag and the map to localize it on."""
 
     bag: Path
     map: Path | None
-    """None: the one that is made of the bag."""
+    """None: the map made from the bag."""
 
 
 @dataclass(frozen=True)
 class ScanComparison:
-    """One scan, by the localizer and by an exhaustive match."""
+    """A scan as placed by the localizer and by an exhaustive match."""
 
     scan: int
     """Counted from 1."""
     metres: float
-    """From the localizer's pose to the best fitting one."""
+    """From the localizer's pose to the best-fitting one."""
     gain: float
-    """By how much better a fit (0 to 1) that is."""
+    """Gain in fit (0 to 1) of that pose."""
 
     @property
     def agrees(self) -> bool:
@@ -63,22 +63,22 @@ class ScanComparison:
 
 @dataclass(frozen=True)
 class RecordingFigures:
-    """How far the localizer was from where its scans fit best."""
+    """Distance of the localizer's poses from those where its scans fit best."""
 
     scans_compared: Annotated[int, Column("scans compared")]
     mean_m: Annotated[float, Column("mean (m)", ".3f")]
-    """Over the scans that agree to 0.15 m; nan when none does."""
+    """Over the scans that agree to 0.15 m; nan if none does."""
     largest_m: Annotated[float, Column("largest (m)", ".3f")]
-    """Over the same."""
+    """Over the same scans."""
     scans_beyond: Annotated[int, Column("beyond 0.15 m")]
     searches: Annotated[int, Column("searches")]
-    """How often the place was searched for: at the start, after gaps and when the car seemed lost."""
+    """Number of place searches: at the start, after gaps and when the car seemed lost."""
     beyond: list[ScanComparison]
     """The scans that fit best more than 0.15 m away."""
 
 
 def find_recordings(folder: Path) -> dict[str, RecordedDrive]:
-    """The recordings there are in a folder, by name."""
+    """The recordings found in a folder, by name."""
     home = folder / "racecar"
     basement = home / "maps" / "stata_basement.yaml"
     known = {
@@ -108,7 +108,7 @@ def match_recording(recording: RecordedDrive, settings: Config, seed: int = 0) -
 def compare_scans(
     localized: LocalizedScans, own_trajectory: Trajectory, matcher: ExhaustiveMatcher, every: int = EVERY
 ) -> list[ScanComparison]:
-    """One scan in ``every`` by the localizer and by an exhaustive match, alone and with its neighbours."""
+    """Compare one in ``every`` scans with an exhaustive match, alone and with its neighbours."""
     comparisons = []
     for index in range(every - 1, len(localized.scans), every):
         best, gain = best_match(localized, index, own_trajectory, matcher)
@@ -120,9 +120,9 @@ def compare_scans(
 def best_match(
     localized: LocalizedScans, index: int, own_trajectory: Trajectory, matcher: ExhaustiveMatcher
 ) -> tuple[Pose, float]:
-    """The pose (3,) where a scan fits best by an exhaustive match about the localizer's, and by how much.
+    """The pose (3,) around the localizer's that fits a scan best in an exhaustive match, and its gain.
 
-    It is matched alone and with its neighbours; of these matches it is the one that the others agree with.
+    It is matched alone and with its neighbours; the match that agrees best with the others is returned.
     """
     map_from_base = localized.map_from_base[index]
     segments = [localized.segment_about(index, own_trajectory, reach) for reach in _REACHES]
@@ -131,20 +131,20 @@ def best_match(
 
 
 def _agreed(poses: list[Pose]) -> int:
-    """Which of the poses (3,) has the others nearest: their medoid, which no outlier draws aside."""
+    """Index of the medoid of the poses (3,), which is robust to outliers."""
     places = np.array(poses)[:, :2]
     return int(np.argmin(np.linalg.norm(places[:, None] - places, axis=2).sum(axis=1)))
 
 
 def as_read(grid: OccupancyGrid) -> OccupancyGrid:
-    """As whoever reads the map's files sees it."""
+    """The grid as read back from the map's files."""
     with tempfile.TemporaryDirectory() as folder:
         save_map(grid, Path(folder) / "map.yaml")
         return load_map(Path(folder))
 
 
 def recording_figures(comparisons: list[ScanComparison], searches: int) -> RecordingFigures:
-    """Sort the scans into those that agree and those that do not."""
+    """Divide the scans into those that agree and those that do not."""
     agreeing = np.array([each.metres for each in comparisons if each.agrees] or [np.nan])
     beyond = [each for each in comparisons if not each.agrees]
     return RecordingFigures(

@@ -1,4 +1,4 @@
-"""How far wrong loop closures bend a map: as many as there are true ones, put into its finished graph."""
+"""How much wrong loop closures distort a map: as many as true ones, added to its finished graph."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.runs.evaluation.relations import Relations, relation_errors
 
 _WRONG_BY = 5.0
-"""Metres; between places nearer than that a wrong loop is a bad match rather than a mistaken place."""
+"""Metres; a wrong loop between closer places is a bad match rather than a confused place."""
 _DRAWS_PER_LOOP = 100
-"""Random pairs of keyframes per true loop, enough that on any log of some metres one of them lies apart."""
+"""Random pairs of keyframes per true loop: enough for one to be far apart on any log of some metres."""
 
 
 @dataclass(frozen=True)
 class FalseLoopFigures:
-    """Mean errors over the relations when the graph is solved again, without and with wrong loops."""
+    """Mean errors over the relations after solving the graph again, without and with wrong loops."""
 
     true_loops: Annotated[int, Column("true loops")]
     wrong_loops: Annotated[int, Column("wrong loops")]
@@ -58,10 +58,10 @@ def with_false_loops(
 def wrong_loops(
     map_from_keyframe: Pose, true: Sequence[Constraint], rng: np.random.Generator
 ) -> list[Constraint]:
-    """As many loops as true ones, each the measurement of a random true one between two other keyframes.
+    """As many wrong loops as true ones, each a random true one's measurement between two other keyframes.
 
-    These (K, 3) lie over 5 m apart, and over 5 m from where the loop puts them. There are fewer loops, or
-    none, where the car never was that far away.
+    Keyframes (K, 3) of a loop are over 5 m apart, and over 5 m from where the loop puts them. There are fewer
+    loops, or none, if the car never was that far away.
     """
     draws = _DRAWS_PER_LOOP * len(true)
     pairs = np.sort(rng.integers(0, len(map_from_keyframe), (draws, 2)), axis=1)
@@ -84,7 +84,7 @@ def _solve(map_from_keyframe: Pose, constraints: Sequence[Constraint]) -> Pose:
 
 
 def _errors(result: MappingResult, map_from_keyframe: Pose, relations: Relations) -> tuple[float, float]:
-    """Mean errors, metres and degrees, if every scan moves rigidly with the last keyframe at or before it."""
+    """Mean errors, metres and degrees, if each scan moves rigidly with the last keyframe at or before it."""
     old, starts = result.trajectory.map_from_base, result.keyframe_indices
     keyframe = np.searchsorted(starts, np.arange(len(old)), side="right") - 1
     moved = compose(map_from_keyframe[keyframe], between(old[starts[keyframe]], old))

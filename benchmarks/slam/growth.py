@@ -1,4 +1,4 @@
-"""A long drive round the shipped building: does a scan cost more, the longer the drive has been?"""
+"""A long drive around the shipped building: does the cost of a scan grow with the drive?"""
 
 import time
 from collections.abc import Generator, Iterator
@@ -27,11 +27,11 @@ from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.sensors.measurement import Measurement
 
 _PARTS = 10
-"""Tenths, by which the figures are split."""
+"""The figures are split by tenths."""
 _TAKEN = 4
-"""Every fourth scan is mapped, which makes 10 a second."""
+"""Every fourth scan is mapped, i.e. 10 a second."""
 _EARLY_EVERY = 4
-"""Scans of the drive for each one of its first tenth that is mapped again in between."""
+"""Scans of the drive per scan of its first tenth that is mapped again in between."""
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,10 @@ class TenthFigures:
     milliseconds_per_scan: Annotated[float, Column("ms per scan", ".2f")]
     """Mean processor time."""
     early_milliseconds_per_scan: Annotated[float, Column("of the first tenth, mapped again (ms)", ".2f")]
-    """The same in the first tenth of the drive, mapped again by a mapper that has just begun: its scans take
-    turns with those of each tenth, so that other work on the machine slows both."""
+    """The same for the first tenth of the drive, mapped again by a fresh mapper. Its scans alternate with
+    those of each tenth, so that other work on the machine slows both."""
     megabytes: Annotated[float, Column("memory added by then (MB)", ".0f")]
-    """By how much the resident memory had risen at its end; nan where there is no /proc."""
+    """Increase of the resident memory by its end; nan if there is no /proc."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +55,11 @@ class GrowthFigures:
     scans: Annotated[int, Column("scans")]
     keyframes: Annotated[int, Column("keyframes")]
     keyframes_kept: Annotated[int, Column("kept")]
-    """Those whose scans were kept."""
+    """Keyframes whose scans were kept."""
     ratio: Annotated[float, Column("last / first tenth", ".2f")]
-    """Time per scan in the last tenth over that of scans of the first."""
+    """Ratio of the time per scan in the last tenth to that for scans of the first."""
     megabytes_per_keyframe: Annotated[float, Column("MB per keyframe kept", ".3f")]
-    """Memory at the end, by the keyframes whose scans were kept."""
+    """Memory at the end per keyframe whose scan was kept."""
     finish_seconds: Annotated[float, Column("finish (s)", ".1f")]
     """Wall time."""
     tenths: list[TenthFigures]
@@ -99,7 +99,7 @@ def _drive_on(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool
             if k % _EARLY_EVERY == 0:
                 early_times[k] = next(early_seconds)
             if k == 0:
-                before = resident_memory_mb()  # with the kernels loaded and the drive in memory
+                before = resident_memory_mb()  # after loading the kernels and the drive
             if k in ends:
                 megabytes.append(resident_memory_mb() - before)
             advance_to(k + 1)
@@ -125,7 +125,7 @@ def _by_part(seconds: NDArray[np.float64]) -> list[float]:
 
 
 def _mapping(mapper: Mapper, simulation: Simulation) -> Iterator[float]:
-    """Map a drive scan by scan; yields the seconds of processor time that each took."""
+    """Map a drive scan by scan; yields the seconds of processor time of each scan."""
     for replayed in replay(_taken(simulation), mapper, clock=time.process_time):
         yield replayed.seconds
 
@@ -137,6 +137,6 @@ def _taken(simulation: Simulation) -> Iterator[Measurement]:
 def _first_tenth_again(
     settings: MappingConfig, simulation: Simulation, scans: int
 ) -> Generator[float, None, None]:
-    """The same for the first tenth of the ``scans``, again and again, each time by a new mapper."""
+    """The same for the first tenth of the ``scans``, repeated, each time with a new mapper."""
     while True:
         yield from islice(_mapping(Mapper(settings), simulation), max(1, scans // _PARTS))

@@ -1,4 +1,4 @@
-"""Where the logs of the SLAM benchmark lie: bags, each with its true relations beside it."""
+"""The locations of the SLAM benchmark's logs: bags, each with its true relations beside it."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -20,9 +20,9 @@ class BenchmarkLog:
 
 
 def find_logs(folder: Path, names: Collection[str] = ()) -> list[BenchmarkLog]:
-    """The logs in a folder, or in its ``slam_benchmark``, by name; only those named, if any are.
+    """The logs in a folder, or in its ``slam_benchmark``, by name; only those named, if any.
 
-    Raises UserError when there is none, or not one of those named.
+    Raises UserError if there are none, or one of those named is missing.
     """
     home = folder / _SUBFOLDER if (folder / _SUBFOLDER).is_dir() else folder
     logs = {path.stem: _log_of(path) for path in sorted(home.glob("*.relations"))}

@@ -1,6 +1,6 @@
-"""The parts of mapping that an ablation leaves out, by name: what is put in place of each.
+"""The parts of mapping that an ablation leaves out, by name, with their replacements.
 
-Not listed is what only saves time or memory, and what corrects a recording before it is mapped.
+Not listed are parts that only save time or memory, and those that correct a recording before it is mapped.
 """
 
 from collections.abc import Mapping
@@ -30,48 +30,48 @@ from racecar.sensors.motion.motion_guesses import GuessSource, MotionGuesses
 from racecar.sensors.motion.velocity_filter import VelocityFilter
 
 _GUESSES = DeadReckoning.guesses
-"""As they are."""
+"""The original method."""
 
 
 def _no(*_: object, **__: object) -> bool:
-    """In place of a question."""
+    """Replaces a predicate."""
     return False
 
 
 def _none(*_: object) -> list[object]:
-    """In place of what finds something."""
+    """Replaces a search."""
     return []
 
 
 def _no_step(matches: MatchesAlongPath) -> NDArray[np.bool_]:
-    """In place of the steps in which scans mislead."""
+    """Replaces the steps in which scans mislead."""
     return np.zeros(len(matches.steps), dtype=np.bool_)
 
 
 def _no_pairs(*_: object) -> NDArray[np.int64]:
-    """In place of pairs of keyframes."""
+    """Replaces pairs of keyframes."""
     return np.zeros((0, 2), dtype=np.int64)
 
 
 def _as_predicted(_last: object, _points: object, motion: Pose) -> Pose:
-    """In place of the search for a turn."""
+    """Replaces the search for a turn."""
     return motion
 
 
 def _as_it_is(constraint: Constraint, _: Pose) -> Constraint:
-    """In place of a constraint that is loosened."""
+    """Replaces the loosening of a constraint."""
     return constraint
 
 
 def _without_scan_odometry(reckoning: DeadReckoning) -> MotionGuesses:
-    """In place of the guesses, where wheels or the filter make one."""
+    """Replaces the guesses if wheels or the filter make one."""
     guesses = _GUESSES(reckoning)
     has_other = GuessSource.WHEELS_OR_FILTER in guesses.by
     return guesses.without(GuessSource.SCAN_ODOMETRY) if has_other else guesses
 
 
 def _without_steady_velocity(reckoning: DeadReckoning) -> MotionGuesses:
-    """In place of the guesses."""
+    """Replaces the guesses."""
     return _GUESSES(reckoning).without(GuessSource.STEADY_VELOCITY)
 
 

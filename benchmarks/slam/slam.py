@@ -1,4 +1,4 @@
-"""The logs of the SLAM benchmark: mapped as a user maps them, measured against their true relations."""
+"""The logs of the SLAM benchmark, mapped as a user would and measured against their true relations."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -31,18 +31,18 @@ class LogFigures:
 
     translation_m: Annotated[tuple[float, float], Column("translation (m)", ".4f")]
     rotation_deg: Annotated[tuple[float, float], Column("rotation (°)", ".3f")]
-    """Each mean and standard deviation over the relations."""
+    """Both are mean and standard deviation over the relations."""
     relations: Annotated[int, Column("relations")]
     lost: Annotated[int, Column("lost")]
     wall_seconds: Annotated[float, Column("wall (s)", ".1f")]
     """From opening the bag to the finished map."""
     peak_memory_mb: Annotated[float, Column("peak (MB)", ".0f")]
-    """Of the process that made the map."""
+    """Peak of the process that made the map."""
     seconds: dict[str, float]
-    """Wall time split by stage; what no stage accounts for is the rest."""
+    """Wall time by stage; what no stage accounts for is the rest."""
     false_loops: FalseLoopFigures | None
     report: dict[str, Any] = field(repr=False)
-    """As report.json has it, taken when the map was done."""
+    """As in report.json when the map was done."""
 
 
 @dataclass(frozen=True)
@@ -66,10 +66,10 @@ PUBLISHED = {
     "intel": Published(0.0229, 0.453, 179.0, 0.031, 0.070),
     "fr079": Published(0.0452, 0.538, 62.0, 0.056, 0.061),
 }
-"""By name of the log."""
+"""By log name."""
 WHOLE = "default"
 _NO_WHEELS = "wheel odometry"
-"""Left out of the input, and not of the method."""
+"""Removed from the input, not from the method."""
 
 
 def slam(
@@ -108,7 +108,7 @@ def slam(
 
 
 def show(bench: Bench, runs: Mapping[str, LogFigures]) -> None:
-    """The tables of the mapper as it is."""
+    """Print the tables of the unchanged mapper."""
     alone = {log: replace(run, false_loops=None) for log, run in runs.items()}  # they have their own table
     bench.table(
         "Mean error over the relations ± standard deviation, and what others published",
@@ -131,7 +131,7 @@ def show(bench: Bench, runs: Mapping[str, LogFigures]) -> None:
 
 
 def left_out(rows: Mapping[str, Mapping[str, LogFigures]]) -> dict[str, dict[str, str]]:
-    """Both mean errors, a row for each variant and a column for each log."""
+    """Both mean errors, with a row per variant and a column per log."""
     variants = dict.fromkeys(variant for by_variant in rows.values() for variant in by_variant)
     return {
         variant: {log: _both_errors(by_variant[variant]) for log, by_variant in rows.items()}
@@ -142,10 +142,10 @@ def left_out(rows: Mapping[str, Mapping[str, LogFigures]]) -> dict[str, dict[str
 def map_log(
     log: BenchmarkLog, left_out: str | None, settings: MappingConfig, false_loops_seed: int | None
 ) -> LogFigures:
-    """Map a log, perhaps with a part left out, and measure it; with a seed, false loops are then put into the
-    graph of the whole method, too.
+    """Map a log, optionally with a part left out, and measure it; with a seed, false loops are also added to
+    the graph of the whole method.
 
-    Raises UserError when the bag or the relations cannot be read.
+    Raises UserError if the bag or the relations cannot be read.
     """
     relations = load_relations(log.relations)
     report, variant = Report("python -m benchmarks slam"), PARTS.get(left_out or "", Variant())

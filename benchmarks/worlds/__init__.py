@@ -1,1 +1,1 @@
-"""Mapping simulated worlds, each with a fault that recordings have, against the truth."""
+"""Mapping of simulated worlds, each with a fault that recordings have, compared with the truth."""

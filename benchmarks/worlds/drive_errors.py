@@ -1,4 +1,4 @@
-"""How far a mapped drive is from the truth, over short distances, over long ones, and as a whole."""
+"""The error of a mapped drive over short distances, over long ones, and as a whole."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -13,10 +13,10 @@ from racecar.pipelines.runs.evaluation.relations import missed_relations
 from racecar.pipelines.simulation.path_smoothing import lengths_along
 
 _REACH = 10.0
-"""Metres between the two poses of a relation at most, by the definition of the figure."""
+"""Maximum metres between the two poses of a relation, by the definition of the figure."""
 _RELATIONS = 4000
 _DRIFT_PATH = 100.0
-"""Metres of path over which the drift of the heading is told."""
+"""Metres of path over which the heading drift is reported."""
 
 
 @dataclass(frozen=True)
@@ -26,17 +26,17 @@ class DriveErrors:
     path_m: Annotated[float, Column("path (m)", ".0f")]
     """True length of the drive."""
     relation_m: Annotated[float, Column("relations (m)", ".3f")]
-    """Mean error of a pose seen from another one that is up to 10 m away, be it of the same pass or not."""
+    """Mean error of a pose relative to one up to 10 m away, on the same or another pass."""
     relation_max_m: Annotated[float, Column("worst relation (m)", ".2f")]
     heading_deg: Annotated[float, Column("heading (°)", ".2f")]
-    """Mean error of a pose's heading seen from the one 100 m of path before it, or from the first one where
-    the drive is shorter."""
+    """Mean heading error of a pose relative to the one 100 m of path before it, or to the first one if the
+    drive is shorter."""
     far_m: Annotated[float, Column("farthest (m)", ".2f")]
-    """Largest error of a position seen from the first pose."""
+    """Largest position error relative to the first pose."""
 
 
 def drive_errors(found: Pose, true: Pose, generator: np.random.Generator) -> DriveErrors:
-    """Of poses (N, 3), N at least 2, against the true ones (N, 3); relations are drawn."""
+    """Errors of poses (N, 3), N at least 2, against the true ones (N, 3); relations are drawn."""
     along = lengths_along(true[:, :2])
     first, second = _relations(true, generator)
     relations = np.hypot(*missed_relations(found, true, first, second)[:, :2].T)
@@ -55,7 +55,7 @@ def drive_errors(found: Pose, true: Pose, generator: np.random.Generator) -> Dri
 
 
 def _relations(true: Pose, generator: np.random.Generator) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Numbers (R,) of two poses each."""
+    """Indices (R,) of the two poses of each relation."""
     tree = cKDTree(true[:, :2])
     first = generator.integers(0, len(true), _RELATIONS)
     near = [tree.query_ball_point(place, _REACH) for place in true[first, :2]]

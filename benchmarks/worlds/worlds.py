@@ -1,4 +1,4 @@
-"""Simulated worlds, each with a fault that recordings have: driven through, and mapped as a user does it."""
+"""Simulated worlds, each with a fault that recordings have, mapped as a user would."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -33,17 +33,17 @@ from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 @dataclass(frozen=True)
 class World:
-    """Settings of `SimulationConfig` but for the seed."""
+    """Settings of `SimulationConfig` except the seed."""
 
     map: str
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 _INDOORS = {"duration": 150.0, "scan_every": 0.1}
-"""Some 270 m through the building's corridors and several rooms, with loops; of the race car's scans ten a
-second are kept, as most robots have no more and the mapper needs no more."""
+"""About 270 m through the building's corridors and several rooms, with loops. Only ten of the race car's
+scans a second are kept, as most robots have no more and the mapper needs no more."""
 _SLOWLY = {"max_speed": 1.0}
-"""m/s, as robots go whose loggers are slow: 1 to 3 m from scan to scan."""
+"""m/s, the speed of robots with slow loggers: 1 to 3 m from scan to scan."""
 
 WORLDS: Mapping[str, World] = {
     "plain": World("building", _INDOORS),
@@ -71,13 +71,13 @@ class WorldDrive:
 
     errors: DriveErrors
     wheels: DriveErrors
-    """Of the odometry alone."""
+    """Errors of the odometry alone."""
     scans: int
     placed: int
-    """Scans with a pose."""
+    """Number of scans with a pose."""
     warnings: list[str]
     verdict: str | None
-    """Of the map's quality, where the report has one."""
+    """Verdict on the map's quality, if the report has one."""
     seconds: float
     """Wall time of the mapping."""
 
@@ -132,7 +132,7 @@ def worlds(
 
 
 def world_figures(drives: Sequence[WorldDrive]) -> WorldFigures:
-    """Of the drives through a world."""
+    """The figures of the drives through a world."""
     found = [drive.errors for drive in drives]
     relations, headings = [each.relation_m for each in found], [each.heading_deg for each in found]
     return WorldFigures(
@@ -176,12 +176,12 @@ def map_drive(world: World, seed: int, settings: MappingConfig) -> WorldDrive:
 
 @cache
 def _plan(name: str) -> OccupancyGrid:
-    """One object for each, so that the way through it is planned once."""
+    """Always the same object, so that the path through it is planned once."""
     return load_map(Path(name))
 
 
 def _wheels_at(simulation: Simulation, trajectory: Trajectory) -> Pose:
-    """(N, 3) what the odometry alone says at a trajectory's stamps."""
+    """(N, 3) poses from odometry alone at a trajectory's stamps."""
     samples = simulation.odometry()
     stamps = np.array([sample.stamp for sample in samples])
     return Trajectory(stamps, np.array([sample.odom_from_base for sample in samples])).poses_at(
@@ -190,7 +190,7 @@ def _wheels_at(simulation: Simulation, trajectory: Trajectory) -> Pose:
 
 
 def _truth_at(simulation: Simulation, trajectory: Trajectory) -> Pose:
-    """(N, 3) the true poses at a trajectory's stamps, which a correction of clocks may have shifted."""
+    """(N, 3) true poses at a trajectory's stamps, which a clock correction may have shifted."""
     poses = simulation.drive.map_from_base
     stamps = START_NS + np.arange(len(poses)) * round(TICK * 1e9)
     return Trajectory(stamps, poses).poses_at(trajectory.stamps)
