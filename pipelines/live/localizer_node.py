@@ -245,13 +245,13 @@ class LocalizerNode(LiveNode):
         self._requests.start_from(*(carried or remembered.left_there))
 
     def _localizer_to_start(self) -> Localizer | None:
-        """The localizer, for a start set by someone, which overrides the remembered pose."""
+        """The localizer for a start set by people, which overrides the remembered pose."""
         self._remembered = None
         return self._localizer
 
     def _start_from_trail(self, arrival: int, sample: Odometry) -> None:
         """Restart from a pose before the clocks disagreed, moved by the odometry since then. Wrong stamps had
-        moved the car by odometry of other moments, but its poses are right."""
+        moved the car by odometry of other moments, but the odometry itself is right."""
         trail = list(self._trail)
         self._trail.clear()
         for then, map_from_base, odom_from_base in reversed(trail):

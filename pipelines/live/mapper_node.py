@@ -51,7 +51,7 @@ waits by the stamps."""
 _TOLD_EVERY = 5.0
 """Seconds between log lines on what a stopping node still has to do. Chosen by judgement."""
 _FIRST_TOLD = 0.5
-"""Seconds before the first of them. Chosen by judgement, as people soon wonder."""
+"""Seconds before the first of them. Chosen by judgement, since people soon wonder."""
 _LONGEST_BREAK = 100.0
 """Seconds of interruption after which a drive is not continued but recognized. Chosen by judgement: longer
 than a restart, but too short to carry a car elsewhere."""

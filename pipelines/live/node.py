@@ -227,7 +227,7 @@ class LiveNode(ABC):
         self.faults.judge(model.is_contradicted, finding, "The gyroscope agrees with the scans.")
 
     def judge_odometry(self, odometry: FrozenOdometry) -> None:
-        """Report odometry that repeats one pose, while the car drives and this lasts."""
+        """Report odometry that repeats one pose while the car drives, until it moves again."""
         self.faults.judge(odometry.hangs, Finding("odometry_hangs"), "The odometry moves again.")
 
     def _look_at_transforms(self) -> None:

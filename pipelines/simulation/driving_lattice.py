@@ -51,7 +51,7 @@ that the car keeps to the middle of corridors and does not weave."""
 _PER_RADIAN = 0.5
 """Metres per radian of heading. Chosen by judgement: the driver turns that much in as many metres."""
 _SMALLEST_COMPONENT = 100
-"""Nodes; where the car can reach no more than that, driving is impossible."""
+"""Nodes; a map whose largest connected part is smaller leaves no room to drive."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -182,7 +182,7 @@ def _stamps(ticks: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def kept_ticks(ticks: NDArray[np.int64], every: float, gaps: float) -> NDArray[np.int64]:
-    """Those ticks (K,) of the starts of sweeps (S,) whose sweeps are written.
+    """(K,) start ticks of the sweeps that are written, out of those of all sweeps (S,).
 
     At most one is kept per ``every`` seconds, and none in the last ``gaps`` seconds of each 15.
     """

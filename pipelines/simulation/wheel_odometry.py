@@ -46,7 +46,7 @@ cent; the recordings of the race car show 4 % of distance."""
 
 _STEERING_OFFSET, _STEERING_SCALE = np.radians(0.5), 0.06
 """Maximum errors of the steering angle, in radians and as a share; the minima are half of them. Chosen by
-judgement, as for a servo adjusted by eye. Half a degree makes 1.5° per metre."""
+judgement, as for a servo whose gain and centre were set by eye. Half a degree makes 1.5° per metre."""
 
 
 class Wheels:

@@ -37,7 +37,7 @@ _LEARNED_AT = (10, 40, 160)
 """Numbers of stored messages, after 1, 4 and 16 seconds, at which all are analysed: the first to correct
 misinterpreted numbers soon, the last to rely on a drive."""
 _SOON = 20
-"""Messages that suffice to choose between interpretations of the numbers, since each shows several walls."""
+"""Messages that suffice to choose an interpretation of the numbers, since each shows several walls."""
 
 
 class Laser:
