@@ -1,1 +1,1 @@
-"""Files of results and settings."""
+"""Result and settings files."""

@@ -1,4 +1,4 @@
-"""One YAML file for the settings of every stage; what it leaves out keeps its default."""
+"""A single YAML file with the settings of every stage; omitted settings keep their defaults."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,11 +18,11 @@ from racecar.sensors.config import SensorConfig
 Model = TypeVar("Model", bound=BaseModel)
 
 _LONGEST_NAME = 100
-"""Characters of a key in a message, since no setting's name is longer."""
+"""Characters of a key in a message; no setting has a longer name."""
 
 
 class Config(Settings):
-    """The settings: a section for the sensors, and one per stage."""
+    """All settings: a section for the sensors, and one per stage."""
 
     sensors: SensorConfig = Field(default_factory=SensorConfig)
     mapping: MappingConfig = Field(default_factory=MappingConfig)
@@ -30,11 +30,11 @@ class Config(Settings):
 
 
 ConfigSource: TypeAlias = "Config | str | Path | Mapping[str, Any] | None"
-"""A YAML file, or what it would hold, or settings; None means the defaults."""
+"""A YAML file, its contents, or settings; None means the defaults."""
 
 
 def load_config(source: ConfigSource) -> Config:
-    """The settings of a YAML file, of its contents, or the defaults.
+    """Settings from a YAML file or its contents, or the defaults.
 
     Raises UserError that names the key at fault.
     """
@@ -51,7 +51,7 @@ def load_config(source: ConfigSource) -> Config:
 
 
 def _refuse_contradiction(contents: Mapping[str, Any], name: str) -> None:
-    """Of two counts given together; one alone may contradict the other's default, and bounds it."""
+    """Reject two contradictory counts. One alone may contradict the other's default, and bounds it."""
     given = contents.get("localization", {})
     most, fewest = given.get("particles"), given.get("fewest_particles")
     if most is not None and fewest is not None and int(fewest) > int(most):
@@ -62,7 +62,7 @@ def _refuse_contradiction(contents: Mapping[str, Any], name: str) -> None:
 
 
 def load_settings(path: Path, model: type[Model]) -> Model:
-    """Settings of any kind from a YAML file. Raises UserError that names the key at fault."""
+    """Load settings of any kind from a YAML file. Raises UserError that names the key at fault."""
     return _validated(_read_yaml(path), f"The configuration {path}", model)
 
 
@@ -107,12 +107,12 @@ def _suggest(location: list[str], model: type[BaseModel]) -> str:
 
 
 def _shortened(name: str) -> str:
-    """On one line, for a key may be anything."""
+    """Shorten a key, which may be anything, to one line."""
     words = " ".join(name.split())
     return words if len(words) <= _LONGEST_NAME else f"{words[:_LONGEST_NAME]}..."
 
 
 def as_clause(message: str) -> str:
-    """In the middle of a sentence, and without what pydantic puts before words of ours."""
+    """Format for the middle of a sentence, without pydantic's prefix to our own messages."""
     words = message.removeprefix("Value error, ")
     return words[:1].lower() + words[1:]

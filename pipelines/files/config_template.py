@@ -1,4 +1,4 @@
-"""All settings as a YAML file of comments, which changes nothing until the # before a setting is removed."""
+"""All settings as a YAML file of comments, which has no effect until the # before a setting is removed."""
 
 from collections.abc import Iterator
 from enum import Enum
@@ -13,9 +13,9 @@ from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.nested_settings import model_in
 
 _WIDTH = 110
-"""Characters of a line, as in the source."""
+"""Characters per line, as in the source."""
 _LONG = 1e7
-"""From which numbers are written with a power of ten, because their zeros are hard to count."""
+"""Numbers from this are written with a power of ten, because their zeros are hard to count."""
 _NO_BREAK = "\u00a0"
 _BOUNDS = {"ge": "≥", "gt": ">", "le": "≤", "lt": "<"}
 _HEADING = (
@@ -31,18 +31,18 @@ def config_template() -> str:
 
 
 def bounds_in_words(field: FieldInfo) -> str:
-    """Such as "> 0, ≤ 100"; empty where any value will do."""
+    """Bounds such as "> 0, ≤ 100"; empty if any value is allowed."""
     bounds = ((sign, getattr(each, kind, None)) for each in field.metadata for kind, sign in _BOUNDS.items())
     return ", ".join(f"{sign} {_as_number(bound)}" for sign, bound in bounds if bound is not None)
 
 
 def _as_number(bound: float) -> str:
-    """Without a power of ten, where that is shorter than a line."""
+    """Format a number; integers below `_LONG` have no power of ten."""
     return f"{bound:.0f}" if bound == int(bound) and abs(bound) < _LONG else f"{bound:g}"
 
 
 def _section(settings: BaseModel, depth: int) -> Iterator[str]:
-    """Plain settings come first, since those of a section below would otherwise seem to follow it."""
+    """Plain settings come first; after a nested section they would seem to belong to it."""
     indent = "  " * depth
     fields = sorted(type(settings).model_fields.items(), key=lambda item: model_in(item[1]) is not None)
     for name, field in fields:

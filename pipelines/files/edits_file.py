@@ -33,48 +33,48 @@ from racecar.pipelines.files.edits_text import with_entry, without_entry
 EDITS_FILE = "edits.yaml"
 
 _FARTHEST = 1e7
-"""Metres, since that is a quarter of the earth's circumference."""
+"""Metres; a quarter of the earth's circumference."""
 _MOST_LIMIT = 100.0
-"""Metres per second, since no small robot is faster."""
+"""Metres per second; no small robot is faster."""
 _WIDEST = 100.0
-"""Metres, since a wall that is wider has the wrong unit."""
+"""Metres; a wider wall has the wrong unit."""
 _DIGITS = 4
-"""Of metres in a file that is written: a tenth of a millimetre, because no cell is as fine."""
+"""Decimals of metres in a written file: a tenth of a millimetre, finer than any cell."""
 
 
 @dataclass(frozen=True, eq=False)
 class MapEdits:
-    """Edits, and the text that they were read from."""
+    """Edits, and the text they were read from."""
 
     edits: tuple[Edit, ...] = ()
     text: str = ""
 
     def moved(self, new_from_map: Pose | None) -> "MapEdits":
-        """The same in another frame; None leaves them as they are, with their comments."""
+        """A copy in another frame; None keeps it as it is, with its comments."""
         if new_from_map is None or not self.edits:
             return self
         edits = tuple(edit.moved(new_from_map) for edit in self.edits)
         return MapEdits(edits, _as_moved_text(edits))
 
     def with_edit(self, edit: Edit) -> "MapEdits":
-        """With one more, drawn over the others; comments stay. Raises UserError on a mistake in it."""
+        """A copy with one more edit, drawn on top; comments stay. Raises UserError when it is invalid."""
         entry = _as_text([edit])
         edits = (*self.edits, _edit(parse_yaml(entry)[0], "What was drawn"))
         return MapEdits(edits, _changed_or_new(lambda: with_entry(self._own_text, entry), edits))
 
     def without(self, number: int) -> "MapEdits":
-        """Without the edit of this number, from 0; comments on others stay."""
+        """A copy without the edit with this number, from 0; comments on others stay."""
         edits = self.edits[:number] + self.edits[number + 1 :]
         return MapEdits(edits, _changed_or_new(lambda: without_entry(self._own_text, number), edits))
 
     @property
     def _own_text(self) -> str:
-        """The text, without a line that says that it was moved here: who changes it makes it their own."""
+        """The text without the line that says it was moved here: whoever changes it makes it their own."""
         return self.text.partition("\n")[2] if is_made_by_us(self.text) else self.text
 
 
 def load_edits(path: Path) -> MapEdits:
-    """The edits in a file. Raises UserError with a sentence on the first mistake."""
+    """Load edits from a file. Raises UserError that explains the first mistake."""
     text = read_text(path, MOST_BYTES)
     try:
         entries = parse_yaml(text)
@@ -87,14 +87,14 @@ def load_edits(path: Path) -> MapEdits:
 
 
 def edits_beside(folder: Path) -> MapEdits:
-    """Those of the map in a folder; none where there is no file."""
+    """Edits of the map in a folder; none if there is no file."""
     finish_replacing(folder)
     path = folder / EDITS_FILE
     return load_edits(path) if path.is_file() else MapEdits()
 
 
 def edits_together(parts: Sequence[MapEdits]) -> MapEdits:
-    """The edits of several maps that lie in one frame; those of a single one keep their comments."""
+    """Edits of several maps in the same frame; those of a single map keep their comments."""
     edited = [part for part in parts if part.edits]
     if len(edited) == 1:
         return edited[0]
@@ -103,13 +103,13 @@ def edits_together(parts: Sequence[MapEdits]) -> MapEdits:
 
 
 def save_edits(edits: MapEdits, folder: Path) -> None:
-    """Write the edits of the map in a folder. Raises UserError when the place cannot be written to."""
+    """Write the edits of the map in a folder. Raises UserError when it cannot be written to."""
     with write_atomically(folder / EDITS_FILE) as partial:
         partial.write_text(edits.text, encoding="utf-8")
 
 
 def is_made_by_us(text: str) -> bool:
-    """Whether a file is as it was written here for another frame, so that nobody's work is lost with it."""
+    """Whether a file is as this program wrote it for another frame, so no user's work is lost."""
     head, _, body = text.partition("\n")
     return head == _head(body)
 
@@ -166,7 +166,7 @@ def _is_point(value: Any) -> bool:
 
 
 def _check_polygon(points: NDArray[np.float64], kind: EditKind, where: str) -> None:
-    """Raises UserError unless it is clear what lies inside."""
+    """Raises UserError unless the interior is well defined."""
     from shapely import Polygon
     from shapely.validation import explain_validity
 
@@ -204,7 +204,7 @@ def _number(
 
 
 def _changed_or_new(change: Callable[[], str], edits: Sequence[Edit]) -> str:
-    """The changed text; one without comments where the form of the old one does not allow the change."""
+    """The changed text; a new one without comments if the old one's form does not allow the change."""
     try:
         return change()
     except ValueError:
@@ -217,7 +217,7 @@ def _as_moved_text(edits: Sequence[Edit]) -> str:
 
 
 def _as_text(edits: Sequence[Edit]) -> str:
-    """An edit per line, and one for its width or limit."""
+    """One line per edit, and one for its width or limit."""
     lines = []
     for edit in edits:
         lines.append(f"- {edit.kind}: {np.round(edit.points, _DIGITS).tolist()}\n")

@@ -1,8 +1,8 @@
-"""Areas to keep out of and to slow down in, as nav2's costmap filters read them.
+"""Keepout and speed-limit areas in the format of nav2's costmap filters.
 
-Each filter has a mask, an image and a YAML file as of a map, and a file with the parameters of the two nodes
+Each filter has a mask, stored as an image and a YAML file like a map, and a parameter file for the two nodes
 that serve it: nav2_map_server's ``map_server`` and ``costmap_filter_info_server``. The latter's ``type`` is 0
-for keepout and 2 for speed in metres per second; a cell stands for ``base + multiplier * value``.
+for keepout and 2 for speed in metres per second; a cell means ``base + multiplier * value``.
 """
 
 from collections.abc import Sequence
@@ -18,17 +18,17 @@ from racecar.maps.whole_files import write_atomically
 from racecar.maps.whole_folders import remove_with
 
 FILTERS = {"keepout": 0, "speed": 2}
-"""nav2's numbers for the types of filters, by definition of CostmapFilterInfo."""
+"""nav2's numbers for filter types, by definition of CostmapFilterInfo."""
 
 
 def filter_files(name: str) -> tuple[str, ...]:
-    """The files of a filter."""
+    """Names of a filter's files."""
     return f"{name}_mask.yaml", f"{name}_mask.pgm", f"{name}_filter.yaml"
 
 
 def save_filter_masks(grid: TiledGrid, edits: Sequence[Edit], folder: Path) -> None:
-    """Write the masks that edits ask for, on the cells of a grid, into the folder of a new run; the others
-    that an earlier run may have are removed with it. Raises UserError when the place cannot be written to."""
+    """Write the masks for the edits, with the cells of a grid, into the folder of a new run. Other masks,
+    from an earlier run, are removed with it. Raises UserError when the folder cannot be written to."""
     wanted = {edit.kind for edit in edits}
     if "keepout" in wanted:
         _save(keepout_mask(grid, edits), "keepout", 1.0, folder)
@@ -42,7 +42,7 @@ def save_filter_masks(grid: TiledGrid, edits: Sequence[Edit], folder: Path) -> N
 
 def _save(mask: TiledGrid, name: str, multiplier: float, folder: Path) -> None:
     mask_yaml, _, parameters_yaml = filter_files(name)
-    save_map(mask, folder / mask_yaml, mode="raw")  # each value as it is
+    save_map(mask, folder / mask_yaml, mode="raw")  # each value unchanged
     topic = f"/{name}_filter_mask"
     parameters: dict[str, dict[str, Any]] = {
         f"{name}_filter_mask_server": {"yaml_filename": mask_yaml, "topic_name": topic, "frame_id": "map"},

@@ -1,4 +1,4 @@
-"""The pose graph as a g2o file, which other solvers and viewers read."""
+"""The pose graph as a g2o file for other solvers and viewers."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,8 +13,8 @@ from racecar.maps.whole_files import write_atomically
 def save_g2o(map_from_keyframe: Pose, constraints: Sequence[Constraint], path: Path) -> None:
     """Write keyframe poses (K, 3) and the constraints between them.
 
-    gtsam leaves out priors and refuses robust noise models, so the graph is written with plain Gaussian ones.
-    Raises UserError when the place cannot be written to.
+    gtsam omits priors and rejects robust noise models, so the graph is written with plain Gaussian ones.
+    Raises UserError when the file cannot be written.
     """
     values = gtsam.Values()
     for key, pose in enumerate(map_from_keyframe):

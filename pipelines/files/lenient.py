@@ -1,5 +1,4 @@
-"""Files that a program wrote and anything may have happened to: what of them is not as it should be is left
-out."""
+"""Models for files that a program wrote but that may since have been damaged; invalid parts are ignored."""
 
 from typing import Annotated, Any
 
@@ -20,10 +19,10 @@ Count = Annotated[int, Field(strict=True, ge=0, lt=2**63)]
 
 
 class Lenient(BaseModel):
-    """Fields that have their default where the file holds something else; those without one must be right.
+    """Fields keep their defaults if the file has invalid values; fields without a default must be valid.
 
-    The names of such fields are added to the context of the validation, if that is a list. Further fields are
-    kept as they are.
+    Names of invalid fields are appended to the validation context if that is a list. Extra fields are kept as
+    they are.
     """
 
     model_config = ConfigDict(frozen=True, extra="allow", populate_by_name=True)
@@ -37,6 +36,6 @@ class Lenient(BaseModel):
         except ValidationError:
             if field.is_required():
                 raise
-            if isinstance(info.context, list) and value is not None:  # null stands for what is not known
+            if isinstance(info.context, list) and value is not None:  # null means unknown
                 info.context.append(field.alias or info.field_name)
             return field.get_default(call_default_factory=True)

@@ -1,9 +1,9 @@
-"""Text that a page which reads Markdown shows as it is, such as the names of files."""
+"""Escaping text, such as file names, so Markdown shows it unchanged."""
 
 _SPECIAL = "&<>*_`[]{}|\\~#$!"
-"""Characters that Markdown, or the HTML in it, would take for its own."""
+"""Characters with a meaning in Markdown or the HTML in it."""
 
 
 def literal(text: str) -> str:
-    """The same text for Markdown, its special characters as HTML names them by number."""
+    """Escape text for Markdown, with special characters as numeric HTML references."""
     return "".join(f"&#{ord(each)};" if each in _SPECIAL else each for each in text)

@@ -1,4 +1,4 @@
-"""Settings nested in settings, each by its dotted name such as ``mapping.rendering.crop``."""
+"""Nested settings, addressed by dotted names such as ``mapping.rendering.crop``."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
@@ -8,12 +8,12 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 _MUCH_ALIKE = 0.8
-"""Difflib's ratio of two names from which one may be the other misspelt, by judgement: one letter in five.
-With less, a setting that is gone is taken for one of another meaning."""
+"""Difflib's ratio of two names from which one may be a misspelling of the other. Chosen by judgement: one
+letter in five. Below it, a removed setting is mistaken for one with another meaning."""
 
 
 def leaf_fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
-    """The fields that hold a value rather than further settings, by their dotted names."""
+    """Fields with a value instead of further settings, by dotted name."""
     for name, field in model.model_fields.items():
         inner = model_in(field)
         if inner is None:
@@ -23,12 +23,12 @@ def leaf_fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str,
 
 
 def leaf_values(settings: BaseModel) -> dict[str, Any]:
-    """The values of the `leaf_fields`, by dotted name."""
+    """Values of the `leaf_fields`, by dotted name."""
     return {name: _value(settings, name.split(".")) for name, _ in leaf_fields(type(settings))}
 
 
 def nested(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Values by dotted name as the nested dictionaries from which settings are made."""
+    """Convert values by dotted name to nested dictionaries, from which settings are made."""
     contents: dict[str, Any] = {}
     for name, value in values.items():
         *sections, last = name.split(".")
@@ -40,7 +40,7 @@ def nested(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def without_empty_sections(contents: Mapping[str, Any], model: type[BaseModel]) -> dict[str, Any]:
-    """Nested dictionaries without the sections that hold nothing, as when all their lines are comments."""
+    """Nested dictionaries without empty sections, such as those with all their lines commented out."""
     kept = {}
     for name, value in contents.items():
         inner = section_at(model, [name])
@@ -52,7 +52,7 @@ def without_empty_sections(contents: Mapping[str, Any], model: type[BaseModel]) 
 
 
 def section_at(model: type[BaseModel], path: Sequence[str]) -> type[BaseModel] | None:
-    """The settings nested at a path of names; None where there are none."""
+    """The settings nested at a path of names; None if there are none."""
     for name in path:
         inner = model_in(model.model_fields[name]) if name in model.model_fields else None
         if inner is None:
@@ -62,8 +62,8 @@ def section_at(model: type[BaseModel], path: Sequence[str]) -> type[BaseModel] |
 
 
 def nearest_name(model: type[BaseModel], path: Sequence[str]) -> str | None:
-    """The dotted name that was probably meant by a misspelt path: one much like it in the same section, or
-    the same one in another section; None where nothing is near."""
+    """The dotted name that a misspelt path probably means: a similar one in the same section, or the same one
+    in another section; None if there is neither."""
     *sections, wrong = path
     section = section_at(model, sections)
     near = get_close_matches(wrong, section.model_fields if section else (), n=1, cutoff=_MUCH_ALIKE)
@@ -73,7 +73,7 @@ def nearest_name(model: type[BaseModel], path: Sequence[str]) -> str | None:
 
 
 def model_in(field: FieldInfo) -> type[BaseModel] | None:
-    """The kind of settings that a field holds, if it does."""
+    """The settings class of a field, if it has one."""
     kind = field.annotation
     return kind if isinstance(kind, type) and issubclass(kind, BaseModel) else None
 

@@ -1,11 +1,11 @@
-"""Packages that the light install, for the car's computer, does without."""
+"""Packages missing from the light install, which is for the car's computer."""
 
 from importlib.util import find_spec
 
 from racecar.maps.errors import UserError
 
 OPTIONAL = ("evo", "ezdxf", "libusb_package", "matplotlib", "open3d", "viser")
-"""By the names they are imported by; those of the extra ``full``."""
+"""Import names of the packages in the extra ``full``."""
 
 
 def is_installed(package: str) -> bool:
@@ -14,16 +14,16 @@ def is_installed(package: str) -> bool:
 
 
 def how_to_install(package: str) -> str:
-    """A clause for people."""
+    """A clause for users."""
     return f"{package} is not installed; `pip install 'racecar-slam[full]'` installs it"
 
 
 def require(package: str, purpose: str) -> None:
-    """Raises UserError that names the purpose of a package that is not installed."""
+    """Raises UserError that names the purpose of the package, if it is not installed."""
     if not is_installed(package):
         raise UserError(f"{purpose} needs a package: {how_to_install(package)}.")
 
 
 def left_out(what: str, package: str) -> str:
-    """A warning that something was not made for want of a package."""
+    """A warning that something was not made because a package is missing."""
     return f"{what}, because {how_to_install(package)}."

@@ -1,4 +1,4 @@
-"""Folders of results appear whole or not at all: written beside their place and moved at the end."""
+"""Result folders that appear complete or not at all: written to a temporary folder and moved at the end."""
 
 import os
 from collections.abc import Iterator
@@ -17,14 +17,14 @@ _written: dict[Path, tuple[str, ...]] = {}
 def output_folder(path: Path) -> Iterator[Path]:
     """Yield an empty folder to write into; on success its files move into `path`, replacing their namesakes.
 
-    Other files in `path` stay. On an error, or Ctrl-C, `path` is as it was. Raises UserError at once when
-    `path` cannot be written to, so that no work is done in vain.
+    Other files in `path` stay. On an error, or Ctrl-C, `path` is unchanged. Raises UserError at once when
+    `path` cannot be written to, before any work is done.
     """
     if os.path.lexists(path) and not path.is_dir():
         raise UserError(f"{path} is a file; name a folder to write to.")
     finish_replacing(path)
     parents = path.absolute().parents
-    for folder in parents:  # in which a run was staged whose folder was only just made
+    for folder in parents:  # a run without a folder yet is staged in one of these
         remove_abandoned(folder)
     home = next(folder for folder in [path, *parents] if folder.is_dir())
     with staging_folder(home, path) as staging:
@@ -41,5 +41,5 @@ def output_folder(path: Path) -> Iterator[Path]:
 
 
 def written_to(path: Path) -> tuple[str, ...]:
-    """The names of what this process last wrote to an output folder; those of folders end in a slash."""
+    """Names of what this process last wrote to an output folder; folder names end in a slash."""
     return _written.get(path.absolute(), ())

@@ -1,4 +1,4 @@
-"""The map as a cloud of points, for programs that show or process point clouds."""
+"""The map as a point cloud, for programs that display or process point clouds."""
 
 import ctypes
 from importlib.util import find_spec
@@ -15,7 +15,7 @@ from racecar.maps.whole_files import write_atomically
 def save_point_map(points: NDArray[np.float32], spacing: float, path: Path) -> None:
     """Write points (N, 2), in metres, as a PLY in the plane z = 0, one point per cube of edge ``spacing``.
 
-    Raises UserError when the place cannot be written to.
+    Raises UserError when the file cannot be written.
     """
     open3d = _import_open3d()
     in_space = np.column_stack([points, np.zeros(len(points))])
@@ -26,16 +26,16 @@ def save_point_map(points: NDArray[np.float32], spacing: float, path: Path) -> N
 
 
 def require_open3d() -> None:
-    """Raises UserError where open3d is not installed."""
+    """Raises UserError when open3d is not installed."""
     if find_spec("open3d") is None:
         raise UserError("--ply needs open3d, which is not installed; install it with: pip install open3d.")
 
 
 def _import_open3d() -> ModuleType:
-    """Only here, because it is large and slow to load and nothing else needs it."""
+    """Imported only here, because it is large, slow to load and needed nowhere else."""
     import libusb_package
 
-    # It links against libusb, which a bare machine lacks; once it is loaded, open3d finds it.
+    # It links against libusb, which a bare machine lacks; open3d finds it once it is loaded.
     ctypes.CDLL(str(libusb_package.get_library_path()), mode=ctypes.RTLD_GLOBAL)
     import open3d
 

@@ -1,5 +1,5 @@
-"""Trajectories as CSV, whose first line names the columns: as EuRoC, ``rostopic echo -p`` and PlotJuggler
-name them, or simply ``t,x,y,yaw``."""
+"""Trajectories as CSV with column names in the first line: those of EuRoC, ``rostopic echo -p`` and
+PlotJuggler, or simply ``t,x,y,yaw``."""
 
 import csv
 import math
@@ -16,20 +16,20 @@ from racecar.pipelines.files.table import Column, Row, StampedPose, trajectory_o
 _LAYOUT = "t,x,y,yaw or t,x,y,qx,qy,qz,qw"
 _TIME = r"(?:.*_)?(?:t|time|timestamp|stamp)(?:_(?P<unit>ns|us|ms|s|sec))?"
 _SECONDS, _NANOSECONDS = r".*stamp_secs?", r".*stamp_n(?:ano)?secs?"
-"""The two columns into which some exporters take a message's stamp apart."""
+"""The two columns into which some exporters split a message's stamp."""
 _POSITION = r"(?:|p_(?:.*_)?|(?:.*_)?(?:position|pos|pose|translation)_){axis}(?:_m)?"
 _ROTATION = r"(?:q_?(?:.*_)?|(?:.*_)?(?:orientation|rotation|quaternion|quat)_){axis}"
 _YAW = r"(?:.*_)?(?:yaw|theta)(?:_(?P<unit>rad|deg))?"
 _NANOSECONDS_IN = {"ns": 1, "us": 10**3, "ms": 10**6, "s": 10**9, "sec": 10**9}
 _TIMES_SINCE_1970 = ((1e11, 10**9), (1e14, 10**6), (1e17, 10**3), (math.inf, 1))
-"""Up to which number a time without a unit is in units of so many nanoseconds: 1.7e9 s have passed since
-1970."""
+"""Upper limit of a time without a unit, and the nanoseconds of the unit it then has: 1.7e9 s have passed
+since 1970."""
 
 
 def load_pose_csv(path: Path) -> Trajectory:
-    """Read the poses of a CSV file; of poses in space, x, y and the yaw are taken.
+    """Read poses from a CSV file; of 3D poses, only x, y and yaw are used.
 
-    Raises UserError that names the column that is missing or ambiguous, or the line at fault.
+    Raises UserError that names the missing or ambiguous column, or the line at fault.
     """
     names, *rows = _lines(path)
     header = _Header(path, names.values)
@@ -62,7 +62,7 @@ def _in_radians(row: Row, yaw: Column, unit: str | None) -> float:
 
 
 class _Header:
-    """Finds columns by what they are called."""
+    """Finds columns by name."""
 
     def __init__(self, path: Path, names: Sequence[str]) -> None:
         self._path = path
@@ -76,7 +76,7 @@ class _Header:
         return column
 
     def find(self, pattern: str, meant: str) -> Column | None:
-        """The same, or None. Raises UserError when there are several."""
+        """The column that matches, or None. Raises UserError when there are several."""
         found = self._all(pattern)
         if len(found) > 1:
             names = ", ".join(column.name for column in found)
@@ -84,8 +84,8 @@ class _Header:
         return found[0] if found else None
 
     def time(self, first: Row | None) -> list[Column]:
-        """The column of time, or those of its seconds and nanoseconds; the stamp of the message comes before
-        the time at which it was recorded. Raises UserError when there is none."""
+        """The time column, or those of its seconds and nanoseconds. The message's stamp is preferred to its
+        recording time. Raises UserError when there is none."""
         seconds, nanoseconds = self._all(_SECONDS), self._all(_NANOSECONDS)
         if seconds and nanoseconds:
             return [seconds[0], replace(nanoseconds[0], nanoseconds=1)]
@@ -99,7 +99,7 @@ class _Header:
         return [replace(time, nanoseconds=next(each for most, each in _TIMES_SINCE_1970 if count < most))]
 
     def unit(self, pattern: str, column: Column) -> str | None:
-        """What the name of a column that matches says of its unit."""
+        """The unit in the name of a column that matches."""
         match = _match(pattern, column)
         return None if match is None else match["unit"]
 
@@ -119,7 +119,7 @@ def _match(pattern: str, column: Column) -> re.Match[str] | None:
 
 
 def _lines(path: Path) -> list[Row]:
-    """The lines with values, the names of the columns first. Raises UserError when one has too few."""
+    """Lines with values, after the column names. Raises UserError when one has too few values."""
     text = read_text(path)
     delimiter = max(",;\t", key=text.partition("\n")[0].count)
     rows = [

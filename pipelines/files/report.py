@@ -1,4 +1,4 @@
-"""report.json: what went in, what came out, what it cost."""
+"""report.json: the input, output and cost of a run."""
 
 import json
 import os
@@ -22,7 +22,7 @@ _REPORTED_PACKAGES = ("racecar-slam", "numpy", "numba", "scipy", "gtsam", "kiss-
 
 
 class Report:
-    """Gathers a run's figures, section by section."""
+    """Collects a run's figures by section."""
 
     def __init__(self, command: str) -> None:
         self._started_wall = time.perf_counter()
@@ -33,7 +33,7 @@ class Report:
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Measure the wall and CPU seconds (all threads) of the block; a repeated name adds up."""
+        """Measure the wall and CPU seconds (all threads) of the block; repeated names add up."""
         wall, cpu = time.perf_counter(), time.process_time()
         try:
             yield
@@ -43,30 +43,30 @@ class Report:
             spent["cpu_seconds"] += time.process_time() - cpu
 
     def add(self, section: str, values: Mapping[str, Any]) -> None:
-        """Put numbers, strings, paths, arrays or nests of them into a section."""
+        """Add numbers, strings, paths, arrays, or nested combinations of them, to a section."""
         self._sections.setdefault(section, {}).update(values)
 
     def warn(self, sentence: str) -> None:
-        """Add something that a person should know."""
+        """Add a warning for the user."""
         self._warnings.append(sentence)
 
     @property
     def warnings(self) -> list[str]:
-        """The sentences so far."""
+        """The warnings so far."""
         return list(self._warnings)
 
     @property
     def seconds(self) -> float:
-        """Since the run began."""
+        """Seconds since the start of the run."""
         return time.perf_counter() - self._started_wall
 
     @property
     def contents(self) -> RunReport:
-        """Everything so far, as whoever reads the file finds it."""
+        """Everything so far, as read back from the file."""
         return RunReport.model_validate(self.as_dict())
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything so far, in types that JSON knows; a number that is not finite becomes None."""
+        """Everything so far, in JSON types; non-finite numbers become None."""
         total = {
             "wall_seconds": self.seconds,
             "cpu_seconds": time.process_time() - self._started_cpu,
@@ -84,26 +84,26 @@ class Report:
         return contents
 
     def write(self, path: Path) -> None:
-        """Write the report as JSON. Raises UserError when the place cannot be written to."""
+        """Write the report as JSON. Raises UserError when the file cannot be written."""
         write_json(path, self.as_dict())
 
 
 def write_json(path: Path, contents: Mapping[str, Any]) -> None:
-    """Write figures as JSON, whole or not at all. Raises UserError when the place cannot be written to."""
+    """Write figures as JSON, complete or not at all. Raises UserError when the file cannot be written."""
     text = json.dumps(_plain(contents), indent=2, ensure_ascii=False, allow_nan=False)
     with write_atomically(path) as partial:
-        partial.write_text(text + "\n", encoding="utf-8", errors="replace")  # a path may be no text
+        partial.write_text(text + "\n", encoding="utf-8", errors="replace")  # a path may not be valid text
 
 
 def peak_memory_mb() -> float:
-    """Largest resident memory of this process so far, in megabytes."""
+    """Peak resident memory of this process so far, in megabytes."""
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     bytes_per_unit = 1 if sys.platform == "darwin" else 1024
     return peak * bytes_per_unit / 1e6
 
 
 def resident_memory_mb(process: int | None = None) -> float:
-    """Resident memory now of a process, or of this one, in megabytes; nan where the system does not say."""
+    """Current resident memory of a process, or of this one, in megabytes; nan if unknown."""
     pages = Path(f"/proc/{process or 'self'}/statm")
     return (
         int(pages.read_text().split()[1]) * resource.getpagesize() / 1e6 if pages.exists() else float("nan")

@@ -1,5 +1,4 @@
-"""What report.json says, as far as anything reads it: of a file what is not as it should be is left out, and
-told."""
+"""The parts of report.json that are read back; invalid values in a file are ignored and reported."""
 
 import json
 import math
@@ -19,20 +18,20 @@ from racecar.pipelines.files.lenient import Count, Flag, Lenient, Number, Text
 REPORT_FILE = MOVED_LAST
 
 _MOST_BYTES = 10_000_000
-"""Of a report, since the longest of ours have a hundredth."""
+"""Largest report in bytes; the longest that this program writes have a hundredth."""
 _DEEPEST = 20
-"""Levels of nesting, since settings in a report have eight, and what walks through them recurses."""
+"""Levels of nesting. Settings in a report have eight, and code that walks through them recurses."""
 
 
 class PartRead(Lenient):
-    """What was read of a bag; seconds."""
+    """Part of a bag that was read, in seconds."""
 
     start: Number = 0.0
     duration: Number | None = None
 
     @property
     def end(self) -> float:
-        """Infinite where it was read to its end."""
+        """Infinite if it was read to its end."""
         return math.inf if self.duration is None else self.start + self.duration
 
 
@@ -47,18 +46,18 @@ class Inputs(Lenient):
     run_digest: Text | None = None
 
     def is_at_path_of(self, bag: Path) -> bool:
-        """Whether the bag was read from there, whatever became of the file."""
+        """Whether the bag was read from this path, whatever happened to the file since."""
         return self.bag is not None and "\0" not in self.bag and realpath(self.bag) == realpath(bag)
 
     def is_within(self, other: "Inputs") -> bool:
-        """Whether all that was read of the bag is known to be in what another run read, by the bag's
-        content."""
+        """Whether everything read of the bag is known, by the bag's content, to be in what another run
+        read."""
         is_same_bag = self.bag_fingerprint is not None and self.bag_fingerprint == other.bag_fingerprint
         return is_same_bag and other.part.start <= self.part.start and self.part.end <= other.part.end
 
 
 class Counts(Lenient):
-    """What was read, mended and found."""
+    """What was read, corrected and found."""
 
     scans: Count | None = None
     loop_closures: Count | None = None
@@ -68,14 +67,14 @@ class Counts(Lenient):
 
 
 class Result(Lenient):
-    """What came out."""
+    """What a run produced."""
 
     path_metres: Number | None = None
     log_seconds: Number | None = None
 
 
 class Segment(Lenient):
-    """A part of a drive that is doubtful, or where the car was not localized."""
+    """A part of a drive that is doubtful, or in which the car was not localized."""
 
     from_s: Number | None = None
     to_s: Number | None = None
@@ -86,7 +85,7 @@ class Segment(Lenient):
 
 
 class Quality(Lenient):
-    """The verdict on a map or on a localization."""
+    """The verdict on a map or localization."""
 
     verdict: Text | None = None
     reasons: tuple[Text, ...] = ()
@@ -96,64 +95,64 @@ class Quality(Lenient):
 
 
 class Distances(Lenient):
-    """Of one trajectory from another, in metres."""
+    """Distances of one trajectory from another, in metres."""
 
     mean: Number | None = None
 
 
 class Comparison(Lenient):
-    """A trajectory beside another one."""
+    """Comparison of a trajectory with another one."""
 
     absolute_position_m: Distances = Distances()
 
 
 class Accuracy(Lenient):
-    """How scans lie on the map, and how far the poses are from others."""
+    """How well scans fit the map, and how far the poses are from others."""
 
     against_mapping_trajectory: Comparison = Comparison()
     share_on_walls: Number | None = Field(default=None, alias="share_of_end_points_within_0.10_m_of_a_wall")
 
 
 class ScanMatching(Lenient):
-    """How the matches of scans agree with the solution."""
+    """How well scan matches agree with the solution."""
 
     mean_residual_m: Number | None = None
 
 
 class Consistency(Lenient):
-    """How the constraints agree with the solution."""
+    """How well constraints agree with the solution."""
 
     scan_matching: ScanMatching = ScanMatching()
 
 
 class UpdateTimes(Lenient):
-    """Milliseconds that the localizer took for a scan."""
+    """Milliseconds that the localizer took per scan."""
 
     mean: Number | None = None
     percentile_99: Number | None = None
 
 
 class OdometryFaults(Lenient):
-    """By what the wheels are wrong."""
+    """Errors of the wheel odometry."""
 
     distance: Number = 0.0
     """Share of the distance that they fall short."""
 
 
 class Stage(Lenient):
-    """What a stage cost."""
+    """Cost of a stage."""
 
     wall_seconds: Number | None = None
 
 
 class Stages(Lenient):
-    """What all of it cost."""
+    """Cost of all stages."""
 
     total: Stage = Stage()
 
 
 class RunReport(Lenient):
-    """What the report of a run says, as far as anything that reads it needs; each part keeps the rest."""
+    """The report of a run, with the fields that are read back; each part keeps the rest."""
 
     command: Text = "A run"
     inputs: Inputs = Inputs()
@@ -171,7 +170,7 @@ class RunReport(Lenient):
 
     @property
     def damage(self) -> str:
-        """A sentence about what had to be left out; empty where it is as it was written."""
+        """A sentence about what had to be ignored; empty if the file is valid."""
         return self._damage
 
     @property
@@ -180,11 +179,11 @@ class RunReport(Lenient):
         return [*self.warnings, *([self.damage] if self.damage else [])]
 
     def has(self, part: str, field: str) -> bool:
-        """Whether a part names a field, whatever it says of it."""
+        """Whether a part has a field, whatever its value."""
         return field in getattr(self, part).model_fields_set
 
     def named_map(self) -> OccupancyGrid | None:
-        """The map that it names, if that is still there and can be read."""
+        """The map named in the report, if it still exists and can be read."""
         try:
             return None if self.inputs.map is None else load_map(self.inputs.map)
         except (UserError, OSError, ValueError):
@@ -192,7 +191,7 @@ class RunReport(Lenient):
 
 
 def read_report(folder: Path) -> RunReport:
-    """The report in a run's folder; an empty one when there is none, as all else can be used without."""
+    """The report in a run's folder. Empty if there is none, since everything else can be used without it."""
     path = folder / REPORT_FILE
     try:
         finish_replacing(folder)
@@ -220,7 +219,7 @@ def _damaged(report: RunReport, sentence: str) -> RunReport:
 
 
 def _is_shallow(value: Any, levels: int) -> bool:
-    """Whether lists and mappings are nested no deeper than so many levels."""
+    """Whether lists and mappings are nested at most ``levels`` deep."""
     if not isinstance(value, dict | list):
         return True
     items = value.values() if isinstance(value, dict) else value

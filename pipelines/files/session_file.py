@@ -1,6 +1,6 @@
-"""Sessions as files: NumPy's .npz, without pickles, each with its format and version.
+"""Session files: NumPy's .npz, without pickles, each with its format and version.
 
-Besides ``format`` (text) and ``version`` (int64) they hold the arrays that `Session` names.
+Besides ``format`` (text) and ``version`` (int64) they contain the arrays of `Session`.
 """
 
 import math
@@ -23,13 +23,12 @@ _FORMAT = "racecar session"
 
 
 def save_session(session: Session, path: Path) -> None:
-    """Write what a later drive needs to carry on the map. Raises UserError when the place cannot be
-    written to."""
+    """Write what a later drive needs to extend the map. Raises UserError when the file cannot be written."""
     save_arrays(session.to_arrays(), path)
 
 
 def load_session(folder: Path) -> Session:
-    """The session that ``racecar map`` left in a folder. Raises UserError when there is none to be read."""
+    """The session that ``racecar map`` wrote to a folder. Raises UserError when it cannot be read."""
     finish_replacing(folder)
     if not (folder / SESSION_FILE).is_file():
         raise UserError(
@@ -50,20 +49,20 @@ def load_session_arrays(folder: Path) -> Arrays:
 
 
 def save_arrays(arrays: Arrays, path: Path) -> None:
-    """Write arrays whole or not at all. Raises UserError when the place cannot be written to."""
+    """Write arrays, complete or not at all. Raises UserError when the file cannot be written."""
     marks = {"format": np.array(_FORMAT), "version": np.array(VERSION)}
     with write_atomically(path) as partial:
         np.savez(partial, **marks, **arrays)  # type: ignore[arg-type]
 
 
 def load_arrays(path: Path) -> Arrays:
-    """The arrays of a file. Raises UserError when it is damaged, of another kind or of another version."""
+    """Arrays from a file. Raises UserError when it is damaged, or has another kind or version."""
     try:
         arrays = _read_arrays(path)
         is_session, version = str(arrays.pop("format")) == _FORMAT, int(arrays.pop("version"))
     except MemoryError:
         raise
-    except Exception as error:  # NumPy and zipfile raise whatever they trip over.
+    except Exception as error:  # NumPy and zipfile raise all kinds of errors.
         raise _damaged(path) from error
     if not is_session:
         raise UserError(f"{path} is not a {_FORMAT}; name one that `racecar map` has written.")
@@ -76,10 +75,10 @@ def load_arrays(path: Path) -> Arrays:
 
 
 def _read_arrays(path: Path) -> Arrays:
-    """The arrays of an .npz. Raises whatever goes wrong, before memory is taken for what is not in the file.
+    """Arrays of an .npz. Raises any error, before allocating memory for what is not in the file.
 
-    An array's header may claim any size, and a compressed member unpack to any: what `save_arrays` writes is
-    not compressed, so that together they are no larger than the file.
+    An array's header may claim any size, and a compressed member may expand to any size. `save_arrays` does
+    not compress, so together they are no larger than the file.
     """
     arrays: Arrays = {}
     with path.open("rb") as file, ZipFile(file) as archive:
@@ -98,7 +97,7 @@ def _read_arrays(path: Path) -> Arrays:
 
 
 def _check_header(stream: IO[bytes], size: int) -> None:
-    """Raises ValueError when an array is not as large as its header says, of ``size`` bytes with it."""
+    """Raises ValueError when an array does not match its header; ``size`` is that of both in bytes."""
     version = np.lib.format.read_magic(stream)
     if version == (1, 0):
         shape, _, dtype = np.lib.format.read_array_header_1_0(stream)

@@ -1,10 +1,10 @@
-"""Where a user's programs keep what outlives them."""
+"""Folder for the persistent state of a user's programs."""
 
 import os
 from pathlib import Path
 
 
 def state_folder() -> Path:
-    """The folder of this program, which need not exist. Raises RuntimeError for a user without a home."""
+    """Folder of this program, which may not exist. Raises RuntimeError if the user has no home."""
     home = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
     return Path(home) / "racecar"

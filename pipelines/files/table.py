@@ -1,4 +1,4 @@
-"""Tables of numbers in text files, such as trajectories: rows of values, one of a name in each column."""
+"""Tables of numbers in text files, such as trajectories: rows with a value in each named column."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -15,32 +15,32 @@ from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_folders import finish_replacing
 
 _LATEST_SECONDS = 2**63 // 10**9
-"""Because stamps are 64-bit nanoseconds."""
+"""Largest time in seconds, because stamps are 64-bit nanoseconds."""
 _LARGEST = 1e9
-"""Metres; twenty times round the earth, and squares and sums of so much are still exact enough."""
+"""Metres; twenty times around the earth, and squares and sums of such numbers are still exact enough."""
 _LONGEST_VALUE = 40
-"""Characters of it in a message, since no number has more."""
+"""Characters of a value in a message; no number has more."""
 _SHORTEST, _LONGEST = 0.5, 2.0
-"""Of a quaternion that is meant as a rotation, whose length is 1 but for rounding; by judgement, so that
-columns in another order are noticed."""
+"""Length of a quaternion that is meant as a rotation, which is 1 apart from rounding. Chosen by judgement, to
+notice columns in another order."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """Where a value stands in its row, and what it is called there."""
+    """Position of a value in its row, and its name there."""
 
     index: int
     name: str
     nanoseconds: int = 10**9
-    """Those of its unit, if it is a time."""
+    """Nanoseconds per unit, for a time."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """The values of a line. Its methods raise UserError that names line and column at fault."""
+    """Values of a line. Its methods raise UserError that names the line and column at fault."""
 
     place: str
-    """For messages: line and file."""
+    """Line and file, for messages."""
     values: Sequence[str]
 
     def number(self, column: Column) -> float:
@@ -54,11 +54,11 @@ class Row:
         return number
 
     def stamp(self, *columns: Column) -> int:
-        """Nanoseconds, to the nanosecond: the sum of the columns."""
+        """Sum of the columns in nanoseconds, exact to the nanosecond."""
         return sum(self._stamp(column) for column in columns)
 
     def yaw(self, quaternion: Sequence[Column]) -> float:
-        """Radians, of a quaternion x, y, z, w."""
+        """Radians, from a quaternion x, y, z, w."""
         qx, qy, qz, qw = numbers = [self.number(column) for column in quaternion]
         length = math.hypot(*numbers)
         if not _SHORTEST <= length <= _LONGEST:
@@ -83,7 +83,7 @@ class Row:
 
 
 class StampedPose(NamedTuple):
-    """A pose as a row holds it."""
+    """A pose from a row."""
 
     row: Row
     stamp: int
@@ -94,13 +94,13 @@ class StampedPose(NamedTuple):
 
 
 def columns_of(layout: str) -> list[Column]:
-    """The columns that a layout names, as in "t x y"."""
+    """Columns named by a layout such as "t x y"."""
     return [Column(index, name) for index, name in enumerate(layout.split())]
 
 
 def read_rows(path: Path, layout: str) -> Iterator[Row]:
-    """The rows of a text file without a header, whose values are apart by spaces; not empty lines, nor
-    comments (#). Raises UserError that names the line which holds more or fewer values than the layout."""
+    """Rows of a text file without a header, with values separated by spaces. Empty lines and comments (#) are
+    skipped. Raises UserError that names the line with more or fewer values than the layout."""
     finish_replacing(path)
     columns = len(layout.split())
     for number, line in enumerate(read_text(path).splitlines(), start=1):
@@ -117,7 +117,7 @@ def read_rows(path: Path, layout: str) -> Iterator[Row]:
 
 def trajectory_of(poses: Iterable[StampedPose], path: Path, layout: str) -> Trajectory:
     """The poses of a file whose rows should have a layout. Raises UserError when there are none, or that
-    names the line which is not after the one before."""
+    names the line with a time not after the previous one."""
     rows = list(poses)
     if not rows:
         raise UserError(f"{path} holds no poses; it should hold lines '{layout}'.")

@@ -12,9 +12,9 @@ _LAYOUT = "t x y z qx qy qz qw"
 
 
 def save_tum(trajectory: Trajectory, path: Path) -> None:
-    """Write poses as TUM; stamps keep every nanosecond.
+    """Write poses as TUM; stamps are exact to the nanosecond.
 
-    Raises UserError when the place cannot be written to.
+    Raises UserError when the file cannot be written.
     """
     with write_atomically(path) as partial, partial.open("w", encoding="ascii") as file:
         for stamp, (x, y, yaw) in zip(trajectory.stamps.tolist(), trajectory.map_from_base, strict=True):
@@ -24,7 +24,7 @@ def save_tum(trajectory: Trajectory, path: Path) -> None:
 
 
 def load_tum(path: Path) -> Trajectory:
-    """Read a TUM file; of poses in space, x, y and the yaw are taken.
+    """Read a TUM file; of 3D poses, only x, y and yaw are used.
 
     Raises UserError that names the line when the file is not a TUM trajectory in ascending time.
     """
@@ -33,5 +33,5 @@ def load_tum(path: Path) -> Trajectory:
 
 def _pose(row: Row) -> StampedPose:
     time, x, y, z, *quaternion = columns_of(_LAYOUT)
-    row.number(z)  # which is not taken, but should be one
+    row.number(z)  # unused, but should be a number
     return StampedPose(row, row.stamp(time), row.number(x), row.number(y), row.yaw(quaternion))

@@ -1,4 +1,4 @@
-"""A path as a person types or copies it."""
+"""A path as typed or pasted by a user."""
 
 from pathlib import Path
 
@@ -6,8 +6,8 @@ from racecar.maps.errors import UserError
 
 
 def typed_path(text: str) -> Path:
-    """The path that is meant; quotes around it and ``file://`` before it are left out. Raises UserError when
-    there can be no such path."""
+    """The intended path, without surrounding quotes or a leading ``file://``. Raises UserError when no such
+    path can exist."""
     named = text.strip().strip("'\"").removeprefix("file://")
     if not named:
         raise UserError("The path is empty: type one.")
@@ -15,7 +15,7 @@ def typed_path(text: str) -> Path:
         path = Path(named).expanduser()
         path.stat()
     except (FileNotFoundError, NotADirectoryError, PermissionError):
-        return path  # which is told of where it is used
+        return path  # reported where it is used
     except (OSError, RuntimeError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise UserError(f"{named[:80]} cannot be a path: {reason.lower().rstrip('.')}.") from error

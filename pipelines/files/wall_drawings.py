@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 from racecar.maps.whole_files import write_atomically
 
 _MILLIMETRES = 10.0
-"""On paper for each metre, by definition of the scale 1:100."""
+"""Millimetres on paper per metre, by definition of the scale 1:100."""
 _METRES = 6
 """DXF's number for metres, by definition of $INSUNITS."""
 
 
 def save_walls_svg(lines: Sequence[NDArray[np.float64]], stroke: float, path: Path) -> None:
-    """Write polylines (N, 2) in metres at 1:100, with a ``stroke`` of so many metres; a unit is a metre, and
-    y counts downwards as in every SVG.
+    """Write polylines (N, 2) in metres at 1:100, with a ``stroke`` in metres. The unit is a metre, and y
+    points down as in every SVG.
 
-    Raises UserError when the place cannot be written to.
+    Raises UserError when the file cannot be written.
     """
     points = np.concatenate(lines) if lines else np.zeros((1, 2))
     low, high = points.min(axis=0) - stroke, points.max(axis=0) + stroke
@@ -40,9 +40,9 @@ def save_walls_svg(lines: Sequence[NDArray[np.float64]], stroke: float, path: Pa
 def save_walls_dxf(lines: Sequence[NDArray[np.float64]], path: Path) -> None:
     """Write polylines (N, 2) in metres on the layer ``walls``; those that end where they begin are closed.
 
-    Raises UserError when the place cannot be written to.
+    Raises UserError when the file cannot be written.
     """
-    import ezdxf  # takes a while to load, and few want it
+    import ezdxf  # slow to load, and rarely needed
 
     drawing = ezdxf.new()
     drawing.header["$INSUNITS"] = _METRES

@@ -12,7 +12,8 @@ REPOSITORY = Path(__file__).parents[2]
 ROOMS = ("maps", "sensors", "mapping", "localization", "pipelines", "benchmarks")
 ROOMS_IN_PLAIN_ENGLISH = (
     *("maps", "sensors", "mapping", "localization", "benchmarks"),
-    *("pipelines/bags", "pipelines/experiments", "pipelines/live", "pipelines/runs", "pipelines/simulation"),
+    *("pipelines/bags", "pipelines/experiments", "pipelines/files"),
+    *("pipelines/live", "pipelines/runs", "pipelines/simulation"),
 )
 PHRASES = (
     # reports, says, shows or is known: what is not a person tells nothing

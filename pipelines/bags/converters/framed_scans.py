@@ -44,7 +44,7 @@ class FramedScanConverter:
 
 
 def of_laser(scan: Scan, laser: int) -> Scan:
-    """Set the number of the laser that took a scan.
+    """A copy of a scan with the number of the laser that took it.
 
     Scans of synchronized sensors are shifted by a nanosecond each, so no two scans have the same stamp.
     """

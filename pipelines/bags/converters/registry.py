@@ -44,7 +44,7 @@ class Converter(Protocol[T_co]):
 
 
 def stamp_of(message: Any, converter: "Converter[Any] | None" = None) -> int | None:
-    """The stamp in a message's header, in nanoseconds; None if the message is not about what is converted."""
+    """The stamp in a message's header, in nanoseconds; None if the converter has no use for the message."""
     if isinstance(converter, TransformOdometryConverter):
         return converter.stamp_of(message)
     return nanoseconds(message.header.stamp)

@@ -1,21 +1,21 @@
-"""The axis of time of plots over a recording: without the pauses in which nothing was recorded."""
+"""Time axis for plots of a recording, without the pauses in which nothing was recorded."""
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 _SHORTEST_PAUSE = 10.0
-"""Seconds; a shorter one takes no room worth saving. By judgement."""
+"""Seconds; shorter pauses save too little space. Chosen by judgement."""
 _TIMES_THE_USUAL = 10.0
-"""Times as long as between two scans otherwise, so that a recording of rare scans is not all pauses."""
+"""Ratio to the usual step between scans, so a recording of rare scans is not all pauses."""
 _LINE_COLOR = "#9aa3ad"
 
 
 class DrivenTime:
-    """Seconds of a recording less the pauses before them."""
+    """Seconds of a recording minus the pauses before them."""
 
     def __init__(self, *seconds: NDArray[np.float64]) -> None:
-        """Of one recording, or of several that are plotted together: the times (N,) of their scans."""
+        """``seconds`` are the scan times (N,) of one recording, or of several that are plotted together."""
         times = np.unique(np.concatenate([*seconds, [0.0]]))
         gaps = np.diff(times)
         usual = float(np.median(gaps)) if len(gaps) else 0.0
@@ -25,20 +25,20 @@ class DrivenTime:
         self._paused = float(gaps[self._is_pause].sum())
 
     def of(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The places (M,) on the axis of times (M,) of the recording."""
+        """Positions (M,) on the axis for times (M,) of the recording."""
         places: NDArray[np.float64] = np.interp(seconds, self._times, self._shown)
         return places
 
     def line(
         self, seconds: NDArray[np.float64], values: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """What to draw of values (M,) at times (M,): both with a nan at each pause, which no line crosses."""
+        """Values (M,) at times (M,) to draw: both with a nan at each pause, which no line crosses."""
         starts = self._times[1:][self._is_pause]
         pauses = np.searchsorted(seconds, starts)
         return np.insert(self.of(seconds), pauses, np.nan), np.insert(values, pauses, np.nan)
 
     def mark(self, *axes: Axes) -> None:
-        """Draw where the pauses were, and label the axis of time of the last of the axes."""
+        """Draw the pauses, and label the time axis of the last axes."""
         places = self._shown[1:][self._is_pause]
         for each in axes:
             for place in places:

@@ -26,26 +26,26 @@ from racecar.pipelines.files.pictures.map_picture import (
 ERROR_DOTS_PER_INCH = 150
 _PANEL_COLUMNS = 3
 _WIDTH = 12.5
-"""Inches of the figure."""
+"""Width of the figure in inches."""
 _PANEL_HEIGHTS = (2.0, 9.0)
-"""Inches at least and at most, so that a straight drive is seen and the figure fits on a page."""
+"""Smallest and largest height in inches: a straight drive is visible, and the figure fits on a page."""
 _MARGIN = 2.0
-"""Metres around the path."""
+"""Margin in metres around the path."""
 _LINE_COLORS = (PATH_COLOR, LOOP_COLOR, START_COLOR, END_COLOR, "#E69F00", "#56B4E9")
 _SCALE_ENDS_AT = 0.99
-"""Quantile of the errors at which the scale of colours ends, by judgement, so that one outlier does not make
-all else look alike."""
+"""Quantile of the errors at the end of the colour scale, so one outlier does not make the rest look alike.
+Chosen by judgement."""
 _SMALLEST_SCALE = 1e-3
-"""Metres, so that errors of nothing have a scale."""
+"""Metres, so zero errors have a scale too."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPath:
-    """A path whose errors are known."""
+    """A path with known errors."""
 
     name: str
     seconds: NDArray[np.float64]
-    """(M,) since the trajectory began."""
+    """(M,) since the start of the trajectory."""
     map_from_base: Pose
     """(M, 3)"""
     positions: NDArray[np.float64]
@@ -53,11 +53,11 @@ class MeasuredPath:
     headings: NDArray[np.float64]
     """(M,) radians of error."""
     grid: OccupancyGrid | None = None
-    """The map beneath the path."""
+    """The map under the path."""
 
 
 def error_picture(paths: Sequence[MeasuredPath]) -> Figure:
-    """A panel with the map for each path, coloured by its error in position; below, all over time."""
+    """A map panel for each path, coloured by position error; below them, all errors over time."""
     columns = min(len(paths), _PANEL_COLUMNS)
     rows = -(-len(paths) // columns)
     tall = max(height / width for width, height in (np.subtract(*_window(path)[::-1]) for path in paths))
@@ -89,7 +89,7 @@ def error_picture(paths: Sequence[MeasuredPath]) -> Figure:
 
 
 def _window(path: MeasuredPath) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lower left and upper right of what is shown, metres."""
+    """Lower left and upper right of the visible area, in metres."""
     places = path.map_from_base[:, :2]
     return places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN
 

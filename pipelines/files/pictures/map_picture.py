@@ -1,4 +1,4 @@
-"""map.png: the map with the path driven and the loops that were closed."""
+"""map.png: the map with the path and the closed loops."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -29,37 +29,37 @@ PATH_COLOR, LOOP_COLOR, START_COLOR, END_COLOR, DOUBT_COLOR = (
     "#CC79A7",
     "#E69F00",
 )
-"""Okabe and Ito's palette, which the colour-blind can distinguish too."""
+"""Okabe and Ito's palette, which colour-blind people can distinguish too."""
 _UNKNOWN_COLOR = "#dfe3e8"
 _OCCUPANCY = LinearSegmentedColormap.from_list("occupancy", ["#ffffff", "#1b1f24"])(np.linspace(0, 1, 101))
 _COLORS = np.rint(255 * np.concatenate([to_rgba_array(_UNKNOWN_COLOR), _OCCUPANCY])).astype(np.uint8)
-"""(102, 4) of an unknown cell, and then of each percentage."""
+"""(102, 4) colour of an unknown cell, and then of each percentage."""
 _SCALE_BAR_COLOR = "#5b6570"
 _SCALE_BAR_BELOW = 44.0
-"""Points from the map's frame down to the bar, past the numbers and the name of the axis."""
+"""Points from the map's frame down to the bar, below the axis numbers and label."""
 _LONG_SIDE_INCHES = 11.0
 _FRAME_INCHES = np.array([0.8, 1.6])
-"""Width and height around the map for axes, title, scale bar and a legend beneath."""
+"""Width and height around the map for axes, title, scale bar and a legend below."""
 _LEGEND_INCHES = np.array([1.8, -0.3])
-"""Width and height that a legend beside the map takes more than one beneath."""
+"""Additional width and height of a legend beside the map, compared with one below it."""
 _LETTER_INCHES = 0.12
-"""Width of a wide letter of the title."""
+"""Width of a wide letter in the title."""
 _CAUTION_LETTER_INCHES = 0.1
-"""Likewise of a caution, whose letters are smaller."""
+"""The same for a caution, whose letters are smaller."""
 _CAUTION_COLOR = "#a33c00"
 _TALL = 2.0
-"""Times as high as wide, from which a map is narrower than a legend beneath it."""
+"""Ratio of height to width from which a map is narrower than a legend below it."""
 _THIN = 12.0
-"""Times as long as wide, from which more is shown around a map, so that its axis has room for numbers."""
+"""Ratio of length to width from which more is shown around a map, so its axis has room for numbers."""
 MAP_DOTS_PER_INCH = 200
 _COMPRESSION = 3
-"""zlib's level. Measured on a map of 4 million cells: 0.5 s less than with the usual 6, in a file
-larger by a sixth."""
+"""zlib's level. Measured on a map of 4 million cells: 0.5 s less than the usual 6, in a file larger by a
+sixth."""
 MOST_DRAWN_CELLS = 8_000_000
-"""Of a grid that is drawn as it is, because a picture has half as many dots and matplotlib takes 37 bytes for
-each cell."""
+"""Largest grid drawn in full, because a picture has half as many dots and matplotlib takes 37 bytes per
+cell."""
 _MARGIN = 1.0
-"""Metres around what is known."""
+"""Metres around the known cells."""
 
 
 def figure_for_file(**options: Any) -> Figure:
@@ -70,8 +70,8 @@ def figure_for_file(**options: Any) -> Figure:
 
 
 def figure_to_show(**options: Any) -> Figure:
-    """A figure that a notebook shows by itself, and a script with ``matplotlib.pyplot.show()``."""
-    from matplotlib import pyplot  # which may look for a display
+    """A figure that notebooks show automatically, and scripts with ``matplotlib.pyplot.show()``."""
+    from matplotlib import pyplot  # may look for a display
 
     return pyplot.figure(**options)
 
@@ -92,9 +92,9 @@ def map_picture(
     caution: str = "",
     new_figure: NewFigure = figure_for_file,
 ) -> Figure:
-    """The map with the path and its loops; the constraints are between keyframes at poses (K, 3), and so are
-    the ``doubtful`` segments of the path. ``starts`` are the poses of the trajectory at which another drive
-    begins; a ``caution`` is written over the map."""
+    """Draw the map with the path and its loops. Constraints and ``doubtful`` segments of the path are between
+    keyframes at poses (K, 3). ``starts`` are the poses of the trajectory at which further drives begin; a
+    ``caution`` is written over the map."""
     figure, axes = map_figure(grid, trajectory, title, caution, new_figure)
     keyframes = map_from_keyframe[:, :2]
     loops = [
@@ -102,7 +102,7 @@ def map_picture(
         for constraint in constraints
         if constraint.kind == "loop_closure"
     ]
-    path = np.insert(trajectory.map_from_base[:, :2], starts, np.nan, axis=0)  # no line leads there
+    path = np.insert(trajectory.map_from_base[:, :2], starts, np.nan, axis=0)  # no line between drives
     axes.plot(*path.T, color=PATH_COLOR, linewidth=1.2, label="path", zorder=3)
     _draw_doubtful(axes, keyframes, doubtful)
     if loops:
@@ -114,7 +114,7 @@ def map_picture(
 
 
 def draw_ends(axes: Axes, trajectory: Trajectory, zorder: float, starts: Sequence[int] = ()) -> None:
-    """Mark where a drive starts, and where it ends by a smaller mark, so that both are seen at one place;
+    """Mark the start of a drive, and its end by a smaller mark, so both are visible at the same place;
     ``starts`` are the poses at which further drives begin."""
     places = trajectory.map_from_base[:, :2]
     first, last = places[[0, *starts]], places[[*(start - 1 for start in starts), -1]]
@@ -124,7 +124,7 @@ def draw_ends(axes: Axes, trajectory: Trajectory, zorder: float, starts: Sequenc
 
 
 def _draw_doubtful(axes: Axes, keyframes: NDArray[np.float64], segments: Sequence[DoubtfulSegment]) -> None:
-    """Mark the parts of a path with keyframes at (K, 2) that something speaks against."""
+    """Mark the doubtful segments of a path with keyframes at (K, 2)."""
     runs = [run for each in segments for run in (each.keyframes, each.contradicted_by) if run is not None]
     lines = [keyframes[first : last + 1] for first, last in runs]
     if lines:
@@ -139,7 +139,7 @@ def map_figure(
     caution: str = "",
     new_figure: NewFigure = figure_for_file,
 ) -> tuple[Figure, Axes]:
-    """A figure whose axes, in metres of the map frame, show the grid and leave room for the trajectory."""
+    """A figure with the grid in axes in metres of the map frame, with room for the trajectory."""
     low, high = _extent(grid, trajectory)
     inches = (high - low) * _LONG_SIDE_INCHES / np.max(high - low)
     beside = _LEGEND_INCHES if _is_tall(low, high) else np.zeros(2)
@@ -163,16 +163,16 @@ def draw_grid(
     grid: OccupancyGrid,
     window: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
 ) -> None:
-    """Show an occupancy grid in the map frame: white is free, black occupied, grey unknown.
+    """Draw an occupancy grid in the map frame: white is free, black occupied, grey unknown.
 
-    A huge one is drawn no finer than it can be seen, and only in the ``window`` from one corner (2,) to the
-    other (2,) when that is given.
+    A huge grid is drawn no finer than visible, and only in the ``window`` from one corner (2,) to the other
+    (2,), if given.
     """
     grid = thinned(grid if window is None else _cropped(grid, *window), MOST_DRAWN_CELLS)
     rows, columns = grid.cells.shape
     x, y, yaw = grid.map_from_grid
     axes.imshow(
-        _COLORS[grid.cells.astype(np.int16) - UNKNOWN],  # what matplotlib makes itself takes 30 bytes a cell
+        _COLORS[grid.cells.astype(np.int16) - UNKNOWN],  # matplotlib's own conversion takes 30 bytes per cell
         origin="lower",
         extent=(0, columns * grid.resolution, 0, rows * grid.resolution),
         interpolation_stage="rgba",
@@ -182,7 +182,7 @@ def draw_grid(
 
 
 def known_cells(grid: OccupancyGrid) -> NDArray[np.int64]:
-    """(N, 2) row and column of the cells that are known; of a huge grid some, evenly over it."""
+    """(N, 2) row and column of the known cells; for a huge grid, an even sample."""
     step = thinning(grid, MOST_DRAWN_CELLS)
     return step * np.argwhere(grid.cells[::step, ::step] != UNKNOWN)
 
@@ -199,19 +199,19 @@ def _cropped(grid: OccupancyGrid, low: NDArray[np.float64], high: NDArray[np.flo
 
 
 def draw_title(axes: Axes, title: str) -> None:
-    """Put a title, which may be any file's name, over the axes."""
+    """Add a title, which may be any file name, above the axes."""
     axes.set_title(_printable(title), loc="left", parse_math=False)
 
 
 def _draw_title_over(figure: Figure, title: str, caution: str) -> None:
-    """Put a title over all of a narrow figure, in lines that fit in; over its axes it would squeeze them."""
+    """Add a title above a narrow figure, broken into lines; above its axes it would squeeze them."""
     width = int(figure.get_figwidth() / _LETTER_INCHES)
     lines = "\n".join(fill(_printable(each), width) for each in (title, caution) if each)
     figure.suptitle(lines, x=0.02, ha="left", fontsize="large", parse_math=False)
 
 
 def _draw_caution(figure: Figure, caution: str) -> None:
-    """Write it over all else, where it is read first."""
+    """Write a caution above everything else, where it is read first."""
     if caution:
         lines = fill(_printable(caution), int(figure.get_figwidth() / _CAUTION_LETTER_INCHES))
         figure.suptitle(
@@ -224,13 +224,13 @@ def _printable(title: str) -> str:
 
 
 def add_legend(figure: Figure, axes: Axes) -> None:
-    """Put the legend under the axes, where it covers nothing."""
+    """Add the legend below the axes, where it covers nothing."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
 
 
 def add_map_legend(figure: Figure, axes: Axes) -> None:
-    """Put the legend of `map_figure` under the map, or beside one that is narrower than the legend."""
+    """Add the legend of `map_figure` below the map, or beside a map narrower than the legend."""
     if not _is_tall(*axes.viewLim.get_points()):
         add_legend(figure, axes)
         return
@@ -243,9 +243,9 @@ def _is_tall(low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
 
 
 def save_figure(path: Path, figure: Figure, dots_per_inch: int, author: str = "racecar") -> None:
-    """Write a figure as PNG, whole or not at all, that names its author: the command that it is of.
+    """Write a figure as PNG, complete or not at all, with the command that made it as its author.
 
-    Raises UserError when the place cannot be written to.
+    Raises UserError when the file cannot be written.
     """
     _lay_out(figure, dots_per_inch)
     with write_atomically(path) as partial:
@@ -259,12 +259,11 @@ def save_figure(path: Path, figure: Figure, dots_per_inch: int, author: str = "r
 
 
 def _lay_out(figure: Figure, dots_per_inch: int) -> None:
-    """Find where everything goes, once for all: matplotlib would draw a large grid for it, and again to be
-    seen."""
+    """Compute the layout once; matplotlib would draw a large grid for that, and again for the output."""
     engine = figure.get_layout_engine()
     if engine is not None:
         figure.set_dpi(dots_per_inch)
-        for _ in range(2):  # as matplotlib does; the second round knows the sizes of ticks
+        for _ in range(2):  # as matplotlib does; tick sizes are known in the second pass
             engine.execute(figure)
         figure.set_layout_engine(None)
 
@@ -279,7 +278,7 @@ def _extent(grid: OccupancyGrid, trajectory: Trajectory) -> tuple[NDArray[np.flo
 
 
 def _draw_scale_bar(figure: Figure, axes: Axes, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
-    """A bar of a round length under the map at the left, where it cannot be taken for a wall."""
+    """Draw a bar of a round length below the map on the left, where it cannot be mistaken for a wall."""
     width, height = high - low
     most = min(max(width, height) / 5, width / 2)
     power = 10.0 ** np.floor(np.log10(most))

@@ -1,4 +1,4 @@
-"""Which scans of a drive are laid over the map: evenly along the path, however long the car stood."""
+"""Selection of scans to draw over the map: evenly spaced along the path, however long the car stood."""
 
 from dataclasses import dataclass
 
@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose
 
 _SPARE = 8
-"""Times as many are kept as are wanted, so that some lie near where they are wanted once the end is known."""
+"""Ratio of scans kept to scans wanted, so some are near the wanted places once the end is known."""
 _STANDING = 1e-5
-"""Metres that a scan counts as without motion: of a car that never drives the scans are spread over the time,
-and an hour of standing counts less than a few metres. By judgement."""
+"""Metres that a scan counts for without motion. In a recording without motion, scans are then spread over
+time, while an hour of standing counts less than a few metres. Chosen by judgement."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,21 +23,21 @@ class Moment:
     points_in_map: NDArray[np.float64]
     """(N, 2) end points of the returns."""
     share_on_wall: float
-    """Share of the end points that lie on a wall; nan when there are none."""
+    """Share of the end points that lie on a wall; nan if there are none."""
 
 
 class MomentsAlong:
-    """Takes in a drive of unknown length, scan by scan, in a memory that does not grow with it."""
+    """Selects scans from a drive of unknown length, one at a time, with bounded memory."""
 
     def __init__(self, count: int) -> None:
-        """At the end there are at most ``count`` moments."""
+        """At most ``count`` moments are selected at the end."""
         self._count = count
         self._kept: list[tuple[float, Moment]] = []
         self._scans = 0
         self._end, self._step = 0.0, 0.0
 
     def add(self, metres: float, moment: Moment) -> None:
-        """Take in a scan that was taken after so much of the path."""
+        """Add a scan taken after ``metres`` of the path."""
         self._end = metres + _STANDING * self._scans
         self._scans += 1
         if self._kept and self._end < self._kept[-1][0] + self._step:
@@ -48,7 +48,7 @@ class MomentsAlong:
 
     @property
     def moments(self) -> list[Moment]:
-        """In the order of time, each in the middle of an equal part of the path."""
+        """In time order, each at the centre of an equal part of the path."""
         if not self._kept:
             return []
         begin = self._kept[0][0]

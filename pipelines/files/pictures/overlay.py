@@ -1,4 +1,4 @@
-"""overlay.png: the path over the map, and scans laid over it at a few moments."""
+"""overlay.png: the path over the map, and scans drawn over it at a few moments."""
 
 from collections.abc import Sequence
 
@@ -26,9 +26,9 @@ _SCAN_COLOR = LOOP_COLOR
 _PANEL_COLUMNS = 3
 OVERLAY_DOTS_PER_INCH = 150
 _SHORT_DRIVE = 60.0
-"""Seconds, below which moments are told apart by tenths of a second."""
+"""Seconds below which moments are labelled to a tenth of a second."""
 _MARGIN = 1.0
-"""Metres around what is known."""
+"""Metres around the known cells."""
 _SMALLEST_VIEW, _LARGEST_VIEW = 3.0, 12.0
 """Metres from the car to the edge of a panel."""
 
@@ -41,7 +41,7 @@ def overlay(
     *,
     new_figure: NewFigure = figure_for_file,
 ) -> Figure:
-    """The path over the map, and scans laid over it at a few moments."""
+    """Draw the path over the map, and scans over it at a few moments."""
     rows = -(-len(moments) // _PANEL_COLUMNS)
     low, high = _extent(grid, trajectory)
     width, height = high - low
@@ -82,7 +82,7 @@ def _draw_path(axes: Axes, trajectory: Trajectory, moments: Sequence[Moment]) ->
 
 
 def _draw_moment(axes: Axes, grid: OccupancyGrid, trajectory: Trajectory, moment: Moment, title: str) -> None:
-    """The scan about the car, near enough to see whether it lies on the walls."""
+    """Draw the scan around the car, close enough to see whether it lies on the walls."""
     x, y, yaw = moment.map_from_base
     axes.plot(*trajectory.map_from_base[:, :2].T, color=PATH_COLOR, linewidth=1.0, alpha=0.6)
     axes.plot(*moment.points_in_map.T, ".", color=_SCAN_COLOR, markersize=2.2, markeredgewidth=0)

@@ -1,4 +1,4 @@
-"""track.png: the map with the centre line of the track and both of its edges."""
+"""track.png: the map with the centre line of the track and both its edges."""
 
 from pathlib import Path
 
@@ -18,11 +18,11 @@ from racecar.pipelines.files.pictures.map_picture import (
 
 _DOTS_PER_INCH = 150
 _ARROW = 1.5
-"""Metres of the arrow that shows which way the track goes. For looks."""
+"""Length in metres of the arrow that shows the direction of the track. Chosen for its looks."""
 
 
 def save_track_picture(path: Path, grid: OccupancyGrid, line: CentreLine, title: str) -> None:
-    """Draw a track as PNG. Raises UserError when the place cannot be written to."""
+    """Draw a track as PNG. Raises UserError when the file cannot be written."""
     ring = np.append(np.arange(len(line.points)), 0)
     poses = np.column_stack([line.points, np.zeros(len(line.points))])
     figure, axes = map_figure(grid, Trajectory(np.arange(len(poses)), poses), title)
