@@ -11,11 +11,11 @@ from racecar.pipelines.studio.palette import PATH, as_css
 _HEIGHT = 140
 """Pixels."""
 _MOST_POINTS = 1500
-"""Of a curve: a panel is some 300 pixels wide."""
+"""Maximum points per curve; a panel is about 300 pixels wide."""
 
 
 def add_curve(gui: GuiApi, title: str, seconds: NDArray[np.float64], values: NDArray[np.float64]) -> Any:
-    """A curve through values (N,) over seconds (N,), which can be set anew as ``data``."""
+    """Plot values (N,) over seconds (N,); assign to ``data`` to update the curve."""
     every = -(-len(seconds) // _MOST_POINTS)
     return gui.add_uplot(
         (seconds[::every], values[::every]),

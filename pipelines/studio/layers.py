@@ -1,4 +1,4 @@
-"""What is drawn over the floor, each thing under a name, and the legend of what is drawn."""
+"""The layers drawn over the floor, each with a name, and the legend."""
 
 from collections.abc import Sequence
 from html import escape
@@ -28,11 +28,11 @@ from racecar.pipelines.studio.palette import (
 
 
 class Layer(NamedTuple):
-    """How something is drawn that is known by its name."""
+    """How a named thing is drawn."""
 
     color: Color
     words: str = ""
-    """Its line of the legend; none where it goes without saying."""
+    """Text in the legend; empty if it needs no explanation."""
     width: float = 2.0
     """Pixels: the thickness of a line, the diameter of a dot."""
 
@@ -63,13 +63,13 @@ LAYERS = {
     "drawn": Layer(PATH, "", 3.0),
     "corners": Layer(PATH, "being drawn", 9.0),
 }
-"""From the lowest to the highest, all above the map."""
+"""In ascending order of height, all above the map."""
 _STEP = 0.001
-"""Metres from layer to layer, so that the upper ones hide the lower ones and none seems to lie elsewhere."""
+"""Metres between layers: enough for the upper ones to hide the lower ones, too little to show parallax."""
 _DOT = 0.002
-"""Metres: the length of the line as which a dot is drawn; only lines keep their thickness when one zooms."""
+"""Length in metres of the line that draws a dot, since only lines keep their thickness when zooming."""
 _ARROW = 0.15
-"""Metres of a pose's arrow: its direction is seen where a car is, and many are told apart. By judgement."""
+"""Metres of a pose's arrow. Chosen by judgement: visible beside a car, yet many stay distinguishable."""
 _HEIGHTS = {name: number * _STEP for number, name in enumerate(LAYERS, start=1)}
 
 
@@ -78,11 +78,11 @@ class Entry(NamedTuple):
 
     words: str
     colors: tuple[Color, ...]
-    """One, or a scale of them."""
+    """One colour, or a scale."""
 
 
 class Layers:
-    """The drawing; may be called by one thread at a time."""
+    """The drawing; not safe for use by several threads at once."""
 
     def __init__(self, server: ViserServer) -> None:
         self._scene = server.scene
@@ -90,19 +90,19 @@ class Layers:
         self._ground = LIGHT
         self._handles: dict[str, Any] = {}
         self._entries: dict[str, Entry] = {}
-        """Of the legend, for each layer that is there."""
+        """Legend entries of the visible layers."""
         self._hidden: set[str] = set()
         self._painted: tuple[Raster, Sequence[tuple[Raster, Color]]] | None = None
         self._size = 0.0, 0.0
 
     def begin_anew(self) -> None:
-        """Take everything away, and hide nothing of what is to come."""
+        """Remove everything, and make all layers visible again."""
         self.clear("map", *LAYERS)
         self._hidden.clear()
         self._painted = None
 
     def map(self, grid: Raster, tints: Sequence[tuple[Raster, Color]] = ()) -> None:
-        """The floor: a grid, with ``tints`` as `paint` takes them."""
+        """Draw the floor: a grid, with ``tints`` as in `paint`."""
         self._painted = grid, tints
         image = paint(grid, self._ground, tints)
         x, y, yaw = image.map_from_middle
@@ -118,14 +118,14 @@ class Layers:
         self._handles["map"] = self._scene.add_image("/map", image.pixels, *image.size, format="png", **place)
 
     def lie_on(self, ground: Backdrop) -> None:
-        """Paint the map, now and from now on, on another ground."""
+        """Paint the map on this background from now on."""
         self._ground = ground
         if self._painted is not None:
             self.map(*self._painted)
 
     def segments(self, name: str, ends: NDArray[np.float64], shades: Shades | None = None) -> None:
-        """Lines between ends (N, 2, 2), in the layer's colour, or in so many shades; of none, the layer is
-        taken away."""
+        """Draw lines between ends (N, 2, 2), in the layer's colour or in shades; without any, the layer is
+        removed."""
         if len(ends) == 0:
             self.clear(name)
             return
@@ -151,20 +151,20 @@ class Layers:
         self._show_legend()
 
     def line(self, name: str, points: NDArray[np.float64], shades: Shades | None = None) -> None:
-        """A line through points (N, 2), perhaps in N - 1 shades; of one point there is none."""
+        """Draw a line through points (N, 2), optionally in N - 1 shades; a single point draws nothing."""
         self.segments(name, np.stack([points[:-1], points[1:]], axis=1), shades)
 
     def dots(self, name: str, points: NDArray[np.float64]) -> None:
-        """Dots at points (N, 2)."""
+        """Draw dots at points (N, 2)."""
         self.segments(name, np.stack([points, points + np.array([_DOT, 0.0])], axis=1))
 
     def arrows(self, name: str, poses: Pose) -> None:
-        """Short lines from poses (N, 3) to where they look."""
+        """Draw short lines from poses (N, 3) in the direction of their headings."""
         ahead = _ARROW * np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
         self.segments(name, np.stack([poses[:, :2], poses[:, :2] + ahead], axis=1))
 
     def clear(self, *names: str) -> None:
-        """Take layers away."""
+        """Remove layers."""
         for name in names:
             if name in self._handles:
                 self._handles.pop(name).remove()
@@ -172,7 +172,7 @@ class Layers:
                 self._show_legend()
 
     def show(self, name: str, *, is_wanted: bool) -> None:
-        """Whether a layer is to be seen, now and when it is drawn anew."""
+        """Show or hide a layer, now and whenever it is drawn again."""
         self._hidden.discard(name)
         if not is_wanted:
             self._hidden.add(name)
@@ -188,7 +188,7 @@ class Layers:
 
 
 def legend(entries: Sequence[Entry]) -> str:
-    """At the lower left of every page, over the scale bar; what has no words is left out."""
+    """At the lower left of every page, above the scale bar; entries without words are omitted."""
     rows = "".join(
         f'<div style="display:flex; align-items:center; gap:8px"><span style="width:22px; height:6px; '
         f'border-radius:3px; background:{_background(entry.colors)}"></span>{escape(entry.words)}</div>'

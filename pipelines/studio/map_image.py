@@ -14,30 +14,30 @@ from racecar.pipelines.files.pictures.map_picture import known_cells
 from racecar.pipelines.studio.palette import Backdrop, Color
 
 _MOST_CELLS = 16_000_000
-"""Beyond which cells are drawn in blocks, because graphics cards take pictures of 4096 pixels a side at least
-and a browser keeps four bytes of each."""
+"""Maximum cells for drawing single cells instead of blocks: graphics cards support textures of at least 4096
+pixels a side, and a browser stores four bytes per pixel."""
 _CRISP_CELLS = 4_000_000
-"""Up to which a cell becomes four pixels, since the browser smooths between pixels and would blur cells."""
+"""Maximum cells drawn as four pixels each, since browsers interpolate pixels and would blur cells."""
 
 _TINT = 0.4
-"""Share of a tint in a colour: walls show through it."""
+"""Opacity of a tint, so that walls remain visible."""
 
 
 class MapImage(NamedTuple):
-    """Pixels and where they lie."""
+    """Pixels and their position."""
 
     pixels: NDArray[np.uint8]
     """(rows, columns, 3), row 0 at the bottom as in a grid."""
     size: tuple[float, float]
     """Metres, width and height."""
     map_from_middle: Pose
-    """(3,) pose of the picture's middle."""
+    """(3,) pose of the picture's centre."""
 
 
 def paint(grid: Raster, ground: Backdrop, tints: Sequence[tuple[Raster, Color]] = ()) -> MapImage:
-    """What is free, occupied and unknown in a ground's colours; a huge grid no finer than can be shown.
+    """Paint free, occupied and unknown cells in a background's colours; a huge grid is reduced.
 
-    ``tints`` are masks on the same cells, each with the colour that is mixed in where it is above 0.
+    ``tints`` are masks on the same cells, each with the colour to mix in where it is above 0.
     """
     grid = thinned(grid, _MOST_CELLS)
     pixels = _colors(ground)[grid.cells.astype(np.int64) - UNKNOWN]
@@ -53,7 +53,7 @@ def paint(grid: Raster, ground: Backdrop, tints: Sequence[tuple[Raster, Color]] 
 
 
 def known_extent(grid: OccupancyGrid) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """The lower left and the upper right corner, (2,) each, of what is known; None where nothing is."""
+    """The lower left and the upper right corner, (2,) each, of the known cells; None if there are none."""
     known = known_cells(grid)
     if not len(known):
         return None

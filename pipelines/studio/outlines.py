@@ -1,4 +1,4 @@
-"""Outlines of what has a shape: the car's body, ellipses, crosses, arrows."""
+"""Outlines of shapes: the car's body, ellipses, crosses, arrows."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,10 +6,10 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose, transform_points
 
 _BODY = np.array([[-0.1, -0.15], [0.4, -0.15], [0.5, 0.0], [0.4, 0.15], [-0.1, 0.15], [-0.1, -0.15]])
-"""Metres, about ``base_link``: the body of a car at a tenth of full size, its nose pointed."""
+"""Metres, relative to ``base_link``: the body of a car at a tenth of full size, with a pointed nose."""
 
 _BARB = np.array([[np.cos(0.45), -np.sin(0.45)], [np.sin(0.45), np.cos(0.45)]])
-"""Turns a shaft into a barb: by 0.45 rad, as arrows are drawn."""
+"""Rotation from a shaft to a barb: 0.45 rad, as is usual for arrows."""
 
 
 def car_outline(map_from_base: Pose, scale: float = 1.0) -> NDArray[np.float64]:
@@ -18,7 +18,7 @@ def car_outline(map_from_base: Pose, scale: float = 1.0) -> NDArray[np.float64]:
 
 
 def ellipse(mean: NDArray[np.float64], covariance: NDArray[np.float64], sigmas: float) -> NDArray[np.float64]:
-    """(49, 2) points of the ellipse about a mean (2,) that covers so many standard deviations of (2, 2)."""
+    """(49, 2) points of the ellipse at ``sigmas`` standard deviations from a mean (2,), covariance (2, 2)."""
     variances, axes = np.linalg.eigh(covariance)
     angles = np.linspace(0.0, 2.0 * np.pi, 49)
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
@@ -34,8 +34,8 @@ def cross(place: NDArray[np.float64], size: float) -> NDArray[np.float64]:
 
 
 def arrow(start: NDArray[np.float64], end: NDArray[np.float64], head: float) -> NDArray[np.float64]:
-    """(3, 2, 2) a shaft from one place (2,) to another, and two barbs of some length, which are no longer
-    than the shaft."""
+    """(3, 2, 2) a shaft from one place (2,) to another, and two barbs of length ``head``, at most that of the
+    shaft."""
     shaft = end - start
     length = max(float(np.hypot(*shaft)), 1e-9)
     back = -shaft * min(head / length, 1.0)

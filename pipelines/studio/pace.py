@@ -1,7 +1,6 @@
 """How fast the pages can draw.
 
-A slow page must not be sent more than it can show, or it would fall ever further behind and answer clicks
-late.
+A slow page must not receive more than it can show, or it would lag further and further behind.
 """
 
 import threading
@@ -10,19 +9,19 @@ import time
 from viser import ClientHandle, ViserServer
 
 _GIVEN_UP_AFTER = 2.0
-"""Seconds for which a page that does not answer is waited for: it may be hidden, and others are not."""
+"""Seconds to wait for a page that does not answer: it may be hidden, while others are not."""
 _KEY = "pulse"
-"""What pages are asked for, only to see when they answer: they take messages one after the other."""
+"""Key requested from pages only to detect when they answer, since they process messages in order."""
 
 
 class Pace:
-    """Knows which frame each page has come to."""
+    """Tracks which frame each page has drawn."""
 
     def __init__(self, server: ViserServer) -> None:
         self._server = server
         self._changed = threading.Condition()
         self.frame = 0
-        """How many were sent."""
+        """Number of frames sent."""
         self._drawn_at = 0.0
         self._reached: dict[int, int] = {}
         server.on_client_connect(self._follow)
@@ -41,14 +40,14 @@ class Pace:
             return all(reached >= self.frame for reached in self._reached.values())
 
     def note_frame(self) -> None:
-        """A frame was sent."""
+        """Record that a frame was sent."""
         with self._changed:
             self.frame += 1
             self._drawn_at = time.monotonic()
             self._changed.notify_all()
 
     def _follow(self, client: ClientHandle) -> None:
-        """Ask a page after each frame, in a thread of the server's own, until it is closed."""
+        """Query a page after each frame, in a thread of the server, until it is closed."""
         number = client.client_id
         while number in self._server.get_clients():
             with self._changed:

@@ -1,7 +1,7 @@
-"""The page: server, drawing, views and side panel; and the one thread that does the work.
+"""The page: server, drawing, views and side panel; and the single worker thread.
 
-What is clicked becomes a request in a queue, which the worker takes between two frames. So no two threads
-ever touch a screen, however many pages are open.
+Clicks become requests in a queue, which the worker processes between two frames. So no two threads ever use a
+screen at once, however many pages are open.
 """
 
 import io
@@ -32,17 +32,17 @@ from racecar.pipelines.studio.server.secret import page_secret
 from racecar.pipelines.studio.top_view import TopView, floor_point
 
 FRAME = 0.05
-"""Seconds from frame to frame: 20 a second look smooth and leave the processor time for more."""
+"""Seconds between frames: 20 per second look smooth and leave processor time for other work."""
 _SLOWEST_FRAME = 0.25
-"""Seconds by which a frame goes on at most: a page that was held up does not leap."""
+"""Maximum seconds of one step, so that a delayed page does not jump."""
 _WARNED_FOR = 15.0
-"""Seconds for which a screen that was warned of may be left by pressing again: longer than the message is
-seen, and too short to have forgotten it."""
+"""Seconds after a warning within which pressing again leaves the screen: longer than the message is shown,
+and too short to forget it."""
 _MOST_REQUESTS = 1000
-"""That wait; more come only from a page gone wild, and are dropped."""
+"""Maximum waiting requests. More come only from a misbehaving page, and are dropped."""
 
 _LOOK_EVERY = 5.0
-"""Seconds between two looks at whether the page can still be reached; by judgement."""
+"""Seconds between checks that the page can still be reached. Chosen by judgement."""
 
 _log = logging.getLogger(__name__)
 
@@ -51,10 +51,10 @@ ScreenT = TypeVar("ScreenT", bound=Screen)
 
 
 class Page:
-    """Serves its user on this machine only, while it is open."""
+    """Serves its user, on this machine only."""
 
     def __init__(self, title: str, port: int) -> None:
-        """Port 0 takes a free one, and so does one that is in use, which is said in the log."""
+        """Port 0 uses a free port. So does a port that is in use, with a message in the log."""
         self._requests: queue.Queue[Request] = queue.Queue(_MOST_REQUESTS)
         self._screen: Screen | None = None
         self._folders: list[GuiFolderHandle] = []
@@ -70,18 +70,18 @@ class Page:
         self.pace = Pace(self.server)
         self.view = TopView(self.server, self._take_drag)
         self.server.scene.world_axes.visible = False
-        self.server.scene.on_click()(cast(Any, self._click))  # it may be a coroutine, its types do not say so
+        self.server.scene.on_click()(cast(Any, self._click))  # may be a coroutine; its types do not say so
         dark = self.gui.add_checkbox("Dark", False, order=1e6)
         self.on_change(dark, self._paint_ground)
         self._paint_ground(is_dark=False)
 
     @property
     def address(self) -> str:
-        """Where a browser of this machine finds the page; whoever knows it may use the page."""
+        """The page's address for a browser on this machine; anyone who knows it may use the page."""
         return f"http://{LOOPBACK}:{self.server.get_port()}/{self._secret}/"
 
     def enter(self, make_screen: Callable[[], Screen]) -> None:
-        """Use the page for something else; called by the worker, or before it runs."""
+        """Replace the screen. Call this in the worker, or before it runs."""
         if self._screen is not None:
             self._screen.close()
         self._screen = None
@@ -92,9 +92,9 @@ class Page:
         self._screen = make_screen()
 
     def leave_for(self, prepare: Callable[[], Callable[[], Screen]]) -> None:
-        """Enter the screen that ``prepare`` has made ready, which may raise UserError.
+        """Enter the screen that ``prepare`` creates, which may raise UserError.
 
-        Raises UserError as well when something would be lost; asked again soon, it is.
+        Also raises UserError when something would be lost; a second call soon after enters it anyway.
         """
         loss = "" if self._screen is None else self._screen.would_be_lost
         if loss and time.monotonic() > self._warned_until:
@@ -104,13 +104,13 @@ class Page:
         self.enter(prepare())
 
     def folder(self, label: str, *, is_open: bool = True) -> GuiFolderHandle:
-        """A part of the side panel that is there while the screen is."""
+        """A section of the side panel that is removed with the screen."""
         folder = self.gui.add_folder(label, expand_by_default=is_open)
         self._folders.append(folder)
         return folder
 
     def request(self, request: Request) -> None:
-        """Have something done by the worker; from any thread. Once it has stopped, nothing is done."""
+        """Have the worker execute a request, unless it has stopped; callable from any thread."""
         if self._stop.is_set():
             return
         try:
@@ -121,12 +121,12 @@ class Page:
             self._has_dropped = True
 
     def ask(self, request: Request) -> None:
-        """Have the worker do what a person asks of the screen: nothing, once another was entered."""
+        """Have the worker execute a user's request, unless another screen is entered before."""
         screen = self._screen
         self.request(lambda: request() if self._screen is screen else None)
 
     def on_press(self, button: Any, action: Request) -> None:
-        """Have the worker do something when a button is pressed."""
+        """Have the worker execute an action when a button is pressed."""
 
         async def press(_: GuiEvent[Any]) -> None:
             self.ask(action)
@@ -134,17 +134,17 @@ class Page:
         button.on_click(press)
 
     def on_change(self, control: Any, action: Callable[[Any], None]) -> None:
-        """Have the worker do something with what a person sets a control to."""
+        """Have the worker execute an action with the value to which the user sets a control."""
 
         async def change(event: GuiEvent[Any]) -> None:
-            if event.client is not None:  # not what the worker itself has set
+            if event.client is not None:  # not set by the worker itself
                 value = control.value
                 self.ask(lambda: action(value))
 
         control.on_update(change)
 
     def run(self) -> None:
-        """Do the work until `stop`, or until the page can no longer be reached."""
+        """Work until `stop`, or until the page can no longer be reached."""
         last = looked = time.monotonic()
         while not self._stop.is_set():
             self._take_requests()
@@ -158,11 +158,11 @@ class Page:
             self._stop.wait(max(0.0, now + FRAME - time.monotonic()))
 
     def stop(self) -> None:
-        """End `run`; from any thread."""
+        """End `run`; callable from any thread."""
         self._stop.set()
 
     def close(self) -> None:
-        """Serve no longer."""
+        """Stop serving."""
         if self._screen is not None:
             self._screen.close()
         with redirect_stdout(io.StringIO()):  # it announces its end, too
@@ -174,7 +174,7 @@ class Page:
             _notify(client, title, words, color)
 
     def _look(self) -> None:
-        """Stop when the server has ended, which nothing else would show."""
+        """Stop when the server has ended, which nothing else would detect."""
         try:
             socket.create_connection((LOOPBACK, self.server.get_port()), _LOOK_EVERY).close()
         except OSError:
@@ -191,7 +191,7 @@ class Page:
             self.pace.note_frame()
 
     def _take_requests(self) -> None:
-        for _ in range(self._requests.qsize()):  # those that come meanwhile wait for the next frame
+        for _ in range(self._requests.qsize()):  # later ones wait for the next frame
             if self._stop.is_set():
                 return
             self._survive(self._requests.get_nowait())
@@ -231,7 +231,7 @@ class Page:
 def open_beside(
     title: str, port: int, make_screen: Callable[[Page], ScreenT]
 ) -> Iterator[tuple[Page, ScreenT]]:
-    """A page with a screen, while the block lasts; a thread of its own does the work."""
+    """A page with a screen during the block; the worker runs in its own thread."""
     with closing(Page(title, port)) as page:
         made: list[ScreenT] = []
 
@@ -250,13 +250,13 @@ def open_beside(
 
 
 def _hush() -> None:
-    """Visitors who connect and say nothing, and pages that were just closed, are nothing to tell of."""
+    """Silence log messages about visitors who connect but send nothing, and about closed pages."""
     logging.getLogger("websockets").setLevel(logging.CRITICAL)
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection")
 
 
 def _usable(port: int) -> int:
-    """The same port, or a free one where it is in use."""
+    """The given port, or a free one if it is in use."""
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as the server does
         try:

@@ -1,4 +1,4 @@
-"""The colours of the page, on a light and on a dark ground."""
+"""The colours of the page, on a light and on a dark background."""
 
 from typing import NamedTuple
 
@@ -11,11 +11,11 @@ PATH, LOOP, SCAN, PARTICLE, CAR, SKY, TRUTH = (
     *((0, 114, 178), (213, 94, 0), (230, 159, 0), (204, 121, 167), (0, 158, 115), (86, 180, 233)),
     (128, 128, 128),
 )
-"""Red, green and blue of Okabe and Ito's palette (2008), since it is told apart by colour-blind eyes, too."""
+"""Red, green and blue of Okabe and Ito's palette (2008), which colour-blind people can distinguish too."""
 
 
 class Backdrop(NamedTuple):
-    """How a map is painted."""
+    """The colours of a map."""
 
     free: Color
     occupied: Color
@@ -27,20 +27,20 @@ LIGHT = Backdrop((255, 255, 255), (27, 31, 36), (223, 227, 232))
 DARK = Backdrop((44, 49, 56), (236, 240, 244), (22, 25, 29))
 
 BY_DOUBT: tuple[Color, ...] = ((0, 158, 115), (240, 228, 66), (213, 94, 0))
-"""From sure to doubtful: green, yellow and vermilion of the same palette."""
+"""From certain to doubtful: green, yellow and vermilion of the same palette."""
 BY_TIME: tuple[Color, ...] = ((13, 60, 120), (0, 158, 200), (250, 200, 40))
-"""From early to late: dark to light, so that they differ without colours, too."""
+"""From early to late: dark to light, so that they differ in brightness too."""
 
 
 class Shades(NamedTuple):
-    """Lines of which each has its own colour, on a scale."""
+    """Colours of individual lines, on a scale."""
 
     words: str
-    """Of the legend."""
+    """Text in the legend."""
     scale: tuple[Color, ...]
     """Colours at its ends and in its middle."""
     shares: NDArray[np.float64]
-    """(N,) 0 to 1, of each line."""
+    """(N,) position on the scale of each line, 0 to 1."""
 
     @property
     def colors(self) -> NDArray[np.uint8]:
@@ -51,5 +51,5 @@ class Shades(NamedTuple):
 
 
 def as_css(color: Color) -> str:
-    """As HTML writes it."""
+    """CSS notation of a colour."""
     return "#{:02x}{:02x}{:02x}".format(*color)

@@ -1,4 +1,4 @@
-"""What a person shows on the floor with a click or a drag."""
+"""The place and direction that a user indicates with a click or a drag."""
 
 import math
 from dataclasses import dataclass
@@ -9,31 +9,31 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose
 
 _LEAST_SPREAD, _LEAST_HEADING_SPREAD = 0.1, 0.1
-"""Metres and radians: nobody knows better than that where a car stands on a map, however near it is looked
-at; by judgement."""
+"""Metres and radians: minimum uncertainty of where a car is on a map, even if it is zoomed in. Chosen by
+judgement."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pointed:
-    """A place, and perhaps a direction, as exact as a finger shows them."""
+    """A place, and optionally a direction, with the precision of a finger."""
 
     place: NDArray[np.float64]
     """(2,) metres in the map."""
     spread: float
     """Standard deviation of the place in metres, the same in every direction."""
     heading: float | None = None
-    """Radians in the map; None where no direction was shown."""
+    """Radians in the map; None if no direction was indicated."""
     heading_spread: float = math.pi
     """Standard deviation of the heading in radians."""
 
     def pose(self, otherwise: float) -> Pose:
-        """(3,) with another heading where none was shown."""
+        """(3,) pose; ``otherwise`` is the heading if none was indicated."""
         return np.array([*self.place, otherwise if self.heading is None else self.heading])
 
 
 def pointed(start: NDArray[np.float64], end: NDArray[np.float64], finger: float) -> Pointed:
-    """What a drag from one place (2,) to another shows, a finger being so many metres wide on the floor: one
-    that is shorter is a click, and the longer it is, the better its direction is known."""
+    """The result of a drag from one place (2,) to another, for a ``finger`` width in metres on the floor. A
+    drag shorter than that is a click. The longer the drag, the more precise its direction."""
     spread = max(finger, _LEAST_SPREAD)
     ahead = end - start
     length = math.hypot(*ahead)

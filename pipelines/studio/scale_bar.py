@@ -5,18 +5,18 @@ import math
 from viser import CameraHandle, ClientHandle
 
 _SHARE = 0.25
-"""Of the page's height that the bar is long at most: the map is as high as the page, but not as wide."""
+"""Maximum length as a share of the page's height: the map is as high as the page, but not as wide."""
 
 
 class ScaleBar:
-    """A bar of a round length at the lower left, as long as it is on the page's map."""
+    """A bar of a round length at the lower left, to the scale of the page's map."""
 
     def __init__(self, client: ClientHandle) -> None:
         self._html = client.gui.add_html("")
         self._shown: tuple[float, float] | None = None
 
     def fit(self, camera: CameraHandle) -> None:
-        """Follow the zoom."""
+        """Adapt to the zoom."""
         metres = 2.0 * float(camera.position[2]) * math.tan(camera.fov / 2.0)
         length = round_length(_SHARE * metres)
         shown = length, round(100.0 * length / metres, 2)

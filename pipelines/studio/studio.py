@@ -1,4 +1,4 @@
-"""Which screen of the studio fits what it is opened with."""
+"""Choose the screen of the studio that fits its argument."""
 
 import os
 from collections.abc import Callable
@@ -28,14 +28,14 @@ from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.screen import Screen
 
 _MARKS_OF_A_RUN = ("trajectory.tum", "record")
-"""Files of a run's folder of which it has one at least."""
+"""Files in a run's folder, at least one of which exists."""
 _RUNS = Path("runs")
-"""The folder to which maps go if no other is named; bags in it are recordings of runs."""
+"""The default folder for maps; bags in it are recordings of runs."""
 
 
 def screen_for(page: Page, target: Path, settings: Config) -> Callable[[], Screen]:
-    """How to make the screen for a run's folder, which is looked at, for a map, on which one drives, or for a
-    bag or a folder of bags, which become maps.
+    """A factory of the screen for ``target``: to look at a run's folder, to drive on a map, or to map a bag
+    or one of a folder of bags.
 
     Raises UserError when it is none of these, or cannot be read.
     """
@@ -53,7 +53,7 @@ def screen_for(page: Page, target: Path, settings: Config) -> Callable[[], Scree
 
 
 def add_opening(page: Page, settings: Config) -> None:
-    """A part of the side panel, on every screen, from which one goes anywhere."""
+    """Add a section to the side panel of every screen for opening something else."""
     with page.gui.add_folder("Open something else", order=1e5, expand_by_default=False):
         page.gui.add_markdown("A run's folder, a bag, a folder of bags, or a map.")
         path = page.gui.add_text("Path", "building")
@@ -64,7 +64,7 @@ def add_opening(page: Page, settings: Config) -> None:
 
 
 def look(page: Page, run: Path, settings: Config) -> Callable[[], Screen]:
-    """How to make the screen on which a run is looked at. Raises UserError when it cannot be read."""
+    """A factory of the screen for looking at a run. Raises UserError when the run cannot be read."""
     scene = load_run(run)
 
     def enter_edit() -> None:
@@ -80,7 +80,7 @@ def look(page: Page, run: Path, settings: Config) -> Callable[[], Screen]:
 
 
 def edit(page: Page, run: Path, settings: Config) -> Callable[[], Screen]:
-    """How to make the screen on which the map of a run is edited, and from which one goes back to the run.
+    """A factory of the screen for editing the map of a run, which leads back to the run.
 
     Raises UserError when there is no session to render it from, or its edits have a mistake.
     """
@@ -92,16 +92,16 @@ def edit(page: Page, run: Path, settings: Config) -> Callable[[], Screen]:
 
 
 def drive(page: Page, map: Path, settings: Config) -> Callable[[], Screen]:
-    """How to make the screen on which one drives on a map. Raises UserError when it cannot be read, or the
-    car finds no place in it."""
+    """A factory of the screen for driving on a map. Raises UserError when the map cannot be read, or has no
+    place for the car."""
     grid = load_map(map)
     simulation = DrivenSimulation(grid, Conditions())
     return lambda: DriveScreen(page, grid, simulation, settings.localization, settings.mapping)
 
 
 def map_bag(page: Page, source: Path, settings: Config) -> Callable[[], Screen]:
-    """How to make the screen on which a bag becomes a map, or one of those in a folder. Raises UserError when
-    there is none."""
+    """A factory of the screen for mapping a bag, or one of those in a folder. Raises UserError when there is
+    none."""
     if source.is_file() and not is_bag_file(source):
         raise UserError(f"{source} is neither a bag nor a map; of a run, name the folder.")
     try:
@@ -118,7 +118,7 @@ def map_bag(page: Page, source: Path, settings: Config) -> Callable[[], Screen]:
 
 
 def _screen_named(page: Page, name: str, settings: Config) -> Callable[[], Screen]:
-    """The screen for what a person has typed."""
+    """The screen for a name that the user has typed."""
     return screen_for(page, typed_path(name), settings)
 
 

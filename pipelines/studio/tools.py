@@ -1,4 +1,4 @@
-"""Tools for poses, and a list to choose a tool from."""
+"""Tools for indicating poses, and a list to choose a tool from."""
 
 from collections.abc import Callable
 
@@ -12,22 +12,22 @@ from racecar.pipelines.studio.screen import Tool
 
 
 class PoseTool(Tool):
-    """A drag shows a place and a direction, and a click a place alone."""
+    """A drag indicates a place and a direction, a click only a place."""
 
     def __init__(self, page: Page, name: str, help: str, take_pose: Callable[[Pointed], None]) -> None:
         super().__init__(name, help)
         self._page, self._take_pose = page, take_pose
 
     def click(self, place: NDArray[np.float64]) -> None:
-        """A place, as exact as a finger shows it."""
+        """Handle a place, with the precision of a finger."""
         self._take_pose(pointed(place, place, self._page.view.finger))
 
     def takes_drag(self, start: NDArray[np.float64]) -> bool:
-        """From anywhere."""
+        """True for every place."""
         return True
 
     def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
-        """An arrow while it lasts, and in the end what it has shown."""
+        """Draw an arrow during the drag, and handle the result at its end."""
         finger, layers = self._page.view.finger, self._page.layers
         if is_over:
             layers.clear("drag")
@@ -37,17 +37,17 @@ class PoseTool(Tool):
 
 
 class ToolChoice:
-    """A list of tools in the side panel, with the help of the chosen one."""
+    """A list of tools in the side panel, with the help of the selected one."""
 
     def __init__(self, page: Page, *tools: Tool) -> None:
-        """The first is chosen. Called inside the folder of the panel in which they are to be seen."""
+        """The first tool is selected. Call this inside the panel's folder that should contain the list."""
         self._tools = {tool.name: tool for tool in tools}
         self.tool = tools[0]
-        """The one that is chosen."""
+        """The selected tool."""
         page.on_change(page.gui.add_dropdown("Tool", list(self._tools)), self.choose)
         self._help = page.gui.add_markdown(self.tool.help)
 
     def choose(self, name: str) -> None:
-        """Use another."""
+        """Select another tool."""
         self.tool = self._tools[name]
         self._help.content = self.tool.help

@@ -1,8 +1,8 @@
-"""Where each page looks from: straight down, north up, moved by dragging and zoomed by the wheel.
+"""The camera of each page: straight down, north up, moved by dragging and zoomed by the wheel.
 
-A narrow angle from high above shows a plan and not a perspective. The page's own controls would tilt it.
-So a drag of the left button is taken by a glass over the floor, which moves the camera, and whatever else
-turned it is put right.
+A narrow angle from high above shows a plan without perspective. The page's own controls would tilt it. A
+transparent pane over the floor therefore receives drags of the left button and moves the camera; any other
+tilt is corrected.
 """
 
 import math
@@ -17,32 +17,32 @@ from viser import CameraHandle, ClientHandle, SceneNodeDragEvent, ViserServer
 from racecar.pipelines.studio.scale_bar import ScaleBar
 
 FIELD_OF_VIEW = math.radians(10.0)
-"""From the lower edge to the upper one."""
+"""Vertical field of view."""
 _GLASS_HEIGHT, _GLASS_SIDE = 0.03, 1e5
-"""Metres: over all layers, and wider than any map."""
+"""Metres: above all layers, and wider than any map."""
 _MARGIN = 1.08
-"""Of what is shown as a whole, over what has to be seen."""
+"""Ratio of the visible size to that of the rectangle to show."""
 _ROOM_TO_GROW = 0.3
-"""Of the size of a map that grows, beyond it on each side, so that the view does not jump with every wall."""
+"""Margin on each side as a share of a growing map's size, so that the view does not jump with every wall."""
 _LEAST_HEIGHT = 5.0
-"""Metres of the camera: the view is then 0.9 m high."""
+"""Minimum height of the camera in metres; the view is then 0.9 m high."""
 _FINGER = 0.02
-"""Of what is seen from bottom to top: 14 pixels of a page of 720."""
+"""Width of a finger as a share of the view's height: 14 pixels of a page of 720."""
 _ASPECT = 1.3
-"""Width over height of the map's part of a page of 1280 x 720 pixels, its side panel aside."""
+"""Width over height of the map on a page of 1280 x 720 pixels, without its side panel."""
 _SETTLED_AFTER, _NUDGE = 1.0, 1.0005
-"""Seconds after which a page's panel stands where it stays, and the factor by which the camera then rises,
-which nobody sees."""
+"""Seconds until a page's panel has its final size, and the invisible factor by which the camera then
+rises."""
 _LOWEST = 1e-3
-"""Metres of a camera, below which there is no floor to look down at."""
+"""Minimum height of a camera in metres, below which there is no floor to look at."""
 _OBEYED_AFTER = 1.0
-"""Seconds for which a page may still report what it saw before it was told to look elsewhere."""
+"""Seconds during which a page may still report its old view after it was moved."""
 _TILTED = 1e-3
-"""Length of a direction's horizontal part from which a view counts as tilted."""
+"""Horizontal component of a unit direction above which a view counts as tilted."""
 
 
 class _View(NamedTuple):
-    """What a page is to show."""
+    """The requested view of a page."""
 
     middle: NDArray[np.float64]
     """(2,)"""
@@ -53,14 +53,14 @@ class _View(NamedTuple):
 
 
 Drag = Callable[[str, NDArray[np.float64], NDArray[np.float64]], bool]
-"""Phase ("start", "update", "end"), where it began and where it is (2,); whether it means something."""
+"""Takes the phase ("start", "update", "end"), the start and the current place (2,); whether it is handled."""
 
 
 class TopView:
     """The cameras of all pages."""
 
     def __init__(self, server: ViserServer, take_drag: Drag) -> None:
-        """``take_drag`` is asked first; a drag that it does not take moves the map."""
+        """``take_drag`` is called first; a drag that it does not handle moves the map."""
         self._server, self._take_drag = server, take_drag
         self._bars: dict[int, ScaleBar] = {}
         self._grabbed: dict[int, NDArray[np.float64]] = {}
@@ -80,13 +80,13 @@ class TopView:
         server.on_client_disconnect(self._part)
 
     def show_whole(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
-        """Show a rectangle from a corner (2,) to the other, on all pages and those to come."""
+        """Show a rectangle between two corners (2,), on all current and future pages."""
         self._aim(low, high)
         for client in self._server.get_clients().values():
             self._look(client.camera, self._middle, self._height)
 
     def _aim(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
-        """Let pages to come show a rectangle."""
+        """Show a rectangle on future pages."""
         width, depth = high - low
         tallest = max(depth, width / _ASPECT)
         self._height = max(_LEAST_HEIGHT, _MARGIN * tallest / (2.0 * math.tan(FIELD_OF_VIEW / 2.0)))
@@ -98,8 +98,8 @@ class TopView:
         camera.position = (*self._middle, self._height)
 
     def keep_whole(self, extent: tuple[NDArray[np.float64], NDArray[np.float64]] | None) -> None:
-        """Where a map outgrows what is shown, show the whole of it and room for more, on those pages that
-        nobody has moved since."""
+        """When a map outgrows the view, show all of it with a margin, on the pages that no user has moved
+        since."""
         half = np.array([_ASPECT, 1.0]) * self._height * math.tan(FIELD_OF_VIEW / 2.0)
         if extent is None or np.all(np.abs(np.array(extent) - self._middle) <= half):
             return
@@ -110,33 +110,33 @@ class TopView:
             self._look(client.camera, self._middle, self._height)
 
     def _is_as_told(self, client: ClientHandle) -> bool:
-        """Whether a page shows the whole, as it was told last."""
+        """Whether a page still shows the whole, as last requested."""
         view = self._views.get(client.client_id)
         is_there = view is not None and np.allclose(view.middle, self._middle, atol=1e-2 * self._height)
         return is_there and view is not None and math.isclose(view.height, self._height, rel_tol=1e-2)
 
     def go_to(self, place: NDArray[np.float64], across: float) -> None:
-        """Bring a place (2,) to the middle of all pages, at most ``across`` metres from bottom to top."""
+        """Centre all pages on a place (2,), with at most ``across`` metres from bottom to top."""
         wanted = across / (2.0 * math.tan(FIELD_OF_VIEW / 2.0))
         for client in self._server.get_clients().values():
             height = min(float(client.camera.position[2]), wanted)
             self._look(client.camera, place, max(height, _LEAST_HEIGHT))
 
     def follow(self, place: NDArray[np.float64]) -> None:
-        """Bring a place (2,) to the middle without coming nearer."""
+        """Centre on a place (2,) without zooming in."""
         for client in self._server.get_clients().values():
             self._look(client.camera, place, float(client.camera.position[2]))
 
     @property
     def finger(self) -> float:
-        """Metres of the floor under a finger, on the page that is nearest to it: nobody points better."""
+        """Width of a finger in metres on the floor, on the most zoomed-in page, the most precise one."""
         heights = [float(client.camera.position[2]) for client in self._server.get_clients().values()]
         return _FINGER * 2.0 * min(heights, default=self._height) * math.tan(FIELD_OF_VIEW / 2.0)
 
     async def _meet(self, client: ClientHandle) -> None:
         client.camera.min_orbit_distance = _LEAST_HEIGHT
         bar = self._bars[client.client_id] = ScaleBar(client)
-        # A page reports its own first view, which is tilted.
+        # A page first reports its own view, which is tilted.
         self._look(client.camera, self._middle, self._height)
         client.camera.on_update(self._keep_upright)
         bar.fit(client.camera)
@@ -147,8 +147,8 @@ class TopView:
         self._views.pop(client.client_id, None)
 
     async def _keep_upright(self, camera: CameraHandle) -> None:
-        """Remember what a page shows, and put it right where it is tilted or under the floor: by its own
-        controls, or for a moment on the way to another view."""
+        """Store the view of a page, and correct it if it is tilted or under the floor: through its own
+        controls, or briefly on the way to another view."""
         number = camera.client.client_id
         view = self._views.get(number)
         if view is None:
@@ -163,7 +163,7 @@ class TopView:
             bar.fit(camera)
 
     async def _drag(self, event: SceneNodeDragEvent[Any]) -> None:
-        """Move the map under the pointer, unless the drag means something else."""
+        """Move the map with the pointer, unless the drag has another meaning."""
         if event.phase == "start":
             self._grabbed[event.client_id] = np.array(event.start_position[:2])
         start = self._grabbed.get(event.client_id)
@@ -176,15 +176,15 @@ class TopView:
             self._look(camera, middle, float(camera.position[2]))
 
     def _learn_size(self, client: ClientHandle) -> None:
-        """A page reports its size with its view, and first before its panel takes room: so the view is moved
-        a little once the page has settled."""
+        """A page reports its size only with its view, and first before its panel appears: so the view is
+        moved a little once the page has settled."""
         time.sleep(_SETTLED_AFTER)
         view = self._views.get(client.client_id)
         if view is not None:  # the page is still there
             self._look(client.camera, view.middle, _NUDGE * view.height)
 
     def _look(self, camera: CameraHandle, middle: NDArray[np.float64], height: float) -> None:
-        """Straight down at a place (2,), north up."""
+        """Look straight down at a place (2,), north up."""
         self._views[camera.client.client_id] = _View(middle, height, time.monotonic())
         _look(camera, middle, height)
 
@@ -197,7 +197,7 @@ def floor_point(ray_origin: ArrayLike, ray_direction: ArrayLike) -> NDArray[np.f
 
 
 def _point_under(camera: CameraHandle, screen: tuple[float, float]) -> NDArray[np.float64]:
-    """(2,) the place of the floor under a place of the page, 0 to 1 rightwards and downwards."""
+    """(2,) the floor under a position on the page, 0 to 1 to the right and down."""
     height = 2.0 * float(camera.position[2]) * math.tan(camera.fov / 2.0)
     aside = (screen[0] - 0.5) * height * camera.aspect
     point: NDArray[np.float64] = camera.position[:2] + np.array([aside, (0.5 - screen[1]) * height])
@@ -205,7 +205,7 @@ def _point_under(camera: CameraHandle, screen: tuple[float, float]) -> NDArray[n
 
 
 def _is_tilted(camera: CameraHandle) -> bool:
-    """Whether a camera does not look down at the floor, north up."""
+    """Whether a camera is not looking down at the floor with north up."""
     ahead = np.asarray(camera.look_at) - np.asarray(camera.position)
     sideways = math.hypot(ahead[0], ahead[1]) / max(float(np.linalg.norm(ahead)), 1e-9)
     is_upside_down = ahead[2] > 0.0 or camera.up_direction[1] < 1.0 - _TILTED

@@ -1,4 +1,4 @@
-"""A car on a map, as whoever watches it sees it: while a map grows, and while the car is localized."""
+"""A car on a map as it is watched, while the map grows or while the car is localized."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ _SIGMAS = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Glimpse:
-    """The car at a moment; of what is not given nothing is drawn, and a path that is None stays."""
+    """The car at one moment. Missing parts are not drawn, except for the path, which stays if it is None."""
 
     map_from_base: Pose
     scan_in_map: NDArray[np.float64]
@@ -29,10 +29,10 @@ class Glimpse:
     covariance: NDArray[np.float64] | None = None
     """(3, 3)"""
     loops: NDArray[np.float64] | None = None
-    """(L, 2, 2) places (2,) between which loops were closed; those that were drawn stay if there are none."""
+    """(L, 2, 2) places (2,) connected by loop closures; None keeps those already drawn."""
 
     def draw(self, layers: Layers) -> None:
-        """On the floor."""
+        """Draw on the floor."""
         layers.line("car", car_outline(self.map_from_base))
         layers.dots("scan", self.scan_in_map)
         layers.arrows("particles", np.zeros((0, 3)) if self.particles is None else self.particles)
@@ -48,10 +48,10 @@ class Glimpse:
 
 
 class WatchedCar:
-    """The latest of map and car, drawn once; what was before is forgotten, so that memory does not grow."""
+    """The latest map and car, drawn once; earlier ones are discarded, so that memory does not grow."""
 
     def __init__(self, page: Page) -> None:
-        """With controls of the view in the side panel."""
+        """Adds controls of the view to the side panel."""
         self._page = page
         self.forget()
         with page.folder("View"):
@@ -59,13 +59,13 @@ class WatchedCar:
             self._follows = page.gui.add_checkbox("Follow the car", False)
 
     def forget(self) -> None:
-        """Nothing is known any more."""
+        """Discard everything."""
         self.grid: OccupancyGrid | None = None
         self.glimpse: Glimpse | None = None
         self._drawn: tuple[OccupancyGrid | None, Glimpse | None] = None, None
 
     def take(self, news: OccupancyGrid | Glimpse) -> None:
-        """The map or the car from now on; the first map is shown as a whole."""
+        """Replace the map or the car; the first map is shown as a whole."""
         if isinstance(news, Glimpse):
             self.glimpse = news
             return
@@ -76,13 +76,13 @@ class WatchedCar:
             self._page.view.keep_whole(known_extent(news))
 
     def show_whole(self) -> None:
-        """Show all that is known of the map."""
+        """Show the whole known part of the map."""
         extent = None if self.grid is None else known_extent(self.grid)
         if extent is not None:
             self._page.view.show_whole(*extent)
 
     def draw(self) -> None:
-        """Draw what is news."""
+        """Draw what has changed."""
         grid, glimpse = self._drawn
         self._drawn = self.grid, self.glimpse
         if self.grid is not None and self.grid is not grid:

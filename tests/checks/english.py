@@ -13,7 +13,7 @@ ROOMS = ("maps", "sensors", "mapping", "localization", "pipelines", "benchmarks"
 ROOMS_IN_PLAIN_ENGLISH = (
     *("maps", "sensors", "mapping", "localization", "benchmarks"),
     *("pipelines/bags", "pipelines/experiments", "pipelines/files"),
-    *("pipelines/live", "pipelines/runs", "pipelines/simulation"),
+    *("pipelines/live", "pipelines/runs", "pipelines/simulation", "pipelines/studio"),
 )
 PHRASES = (
     # reports, says, shows or is known: what is not a person tells nothing

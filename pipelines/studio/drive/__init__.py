@@ -1,1 +1,1 @@
-"""Driving a simulated car towards clicked goals: to watch the localizer, or to discover a floor."""
+"""Drive a simulated car to clicked goals, to watch the localizer or to map an unknown floor."""

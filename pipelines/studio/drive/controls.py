@@ -1,4 +1,4 @@
-"""The controls of the localizer, of the simulated world, and of driving by hand."""
+"""The controls of the localizer, of the simulated world, and for driving by hand."""
 
 from collections.abc import Callable
 from typing import Any
@@ -9,15 +9,15 @@ from racecar.pipelines.simulation.simulator_config import NoiseLevel
 from racecar.pipelines.studio.page import Page
 
 _NOISES = ("turn_noise_per_turn", "turn_noise_per_metre", "path_noise_per_metre", "path_noise_per_turn")
-"""Thrun's alphas, which one slider sets together."""
+"""Thrun's alphas, all set by one slider."""
 _STEERINGS = {"◀": (0.8, 0.3), "▲": (1.0, 0.0), "▶": (0.8, -0.3), "▼": (-0.8, 0.0)}
-"""m/s and radians of each button: a walking pace, at which a car is steered by clicks."""
+"""m/s and radians of each button: walking pace, slow enough to steer by clicks."""
 _HELD_PER_SECOND = 5.0
-"""Times that a held button reports."""
+"""Reports per second of a held button."""
 
 
 def add_localizer_controls(page: Page, config: LocalizationConfig, change: Callable[[Any], None]) -> None:
-    """Sliders; ``change`` is given the fields of the settings that are changed, with their values."""
+    """Add sliders; ``change`` receives the changed settings by field name."""
     for fields, label, least, most, step in (
         (("particles",), "Particles", 100, 10_000, 100),
         (("beams",), "Beams", 5, 300, 5),
@@ -28,7 +28,7 @@ def add_localizer_controls(page: Page, config: LocalizationConfig, change: Calla
 
 
 def add_hand_controls(page: Page, steer: Callable[[float, float], None], stop: Callable[[], None]) -> None:
-    """Buttons that drive while they are held."""
+    """Add buttons that drive while they are held."""
     for label, (speed, steering) in _STEERINGS.items():
         button = page.gui.add_button(label, hint="Hold to drive.")
         _while_held(page, button, lambda speed=speed, steering=steering: steer(speed, steering))  # type: ignore[misc]
@@ -36,7 +36,7 @@ def add_hand_controls(page: Page, steer: Callable[[float, float], None], stop: C
 
 
 def add_world_controls(page: Page, simulation: DrivenSimulation) -> None:
-    """What makes a drive hard; each holds from the moment it is set."""
+    """Add controls that make driving harder; each takes effect at once."""
     gui, conditions = page.gui, simulation.conditions
     noise = gui.add_dropdown(
         "Wheel noise", [level.value for level in NoiseLevel], initial_value=conditions.noise.value

@@ -1,4 +1,4 @@
-"""Mapping while one drives: the floor that the car has seen so far."""
+"""Mapping while driving: the floor that the car has seen so far."""
 
 from pathlib import Path
 
@@ -20,24 +20,24 @@ from racecar.sensors.scan import Scan
 
 
 class Discovery(Follower):
-    """A mapper that begins where the car is; its map is shown as it lies in the world."""
+    """A mapper that starts at the car's pose; its map is shown in the world frame."""
 
     def __init__(self, config: MappingConfig, world_from_map: Pose) -> None:
-        """``world_from_map`` (3,): the true pose of the car as it begins, where the map has its origin."""
+        """``world_from_map`` (3,): the car's true pose at the start, which is the origin of the map."""
         super().__init__()
         self._config, self._world_from_map = config, world_from_map
         self._mapper = Mapper(config)
         self._growing = GrowingGrid(config.resolution, config.rendering)
         self.pose: Pose | None = None
-        """(3,) of the car in the world, as the mapper knows it."""
+        """(3,) the car's pose in the world, as estimated by the mapper."""
 
     @property
     def keyframes(self) -> int:
-        """How many there are so far."""
+        """Number of keyframes so far."""
         return self._mapper.growth.keyframes
 
     def take(self, measured: list[Measurement], truth: Pose, seconds: float) -> None:
-        """Map what the sensors say."""
+        """Map the sensor data."""
         for measurement in measured:
             map_from_base = feed(measurement, self._mapper)
             if map_from_base is not None:
@@ -46,7 +46,7 @@ class Discovery(Follower):
             self.note_error(self.pose, truth, seconds)
 
     def glimpse(self, scan: Scan | None) -> Glimpse | None:
-        """With the path of the keyframes."""
+        """Includes the path of the keyframes."""
         if self.pose is None or scan is None:
             return None
         path = compose(self._world_from_map, self._mapper.session().map_from_base)
@@ -60,15 +60,14 @@ class Discovery(Follower):
         return OccupancyGrid(grid.cells, grid.resolution, compose(self._world_from_map, grid.map_from_grid))
 
     def words(self) -> str:
-        """How much is mapped."""
+        """How much has been mapped."""
         off = f", off by **{100 * self.errors[-1].metres:.1f} cm**" if self.errors else ""
         return f"The mapper: {self.keyframes} keyframes{off}."
 
     def save(self, folder: Path) -> str:
-        """Finish the map and write a run's folder; the verdict in words. The discovery is over then.
+        """Finish the map and write a run's folder; returns the verdict in words. This ends the discovery.
 
-        Raises UserError when there is no map yet, or the folder cannot be written to or holds what is
-        not ours.
+        Raises UserError when there is no map yet, or the folder cannot be written to or holds foreign files.
         """
         check_places([OutputFolder(folder, lambda: MAP_FILES)], (), force=False)
         context = RunContext(Report("racecar studio"))

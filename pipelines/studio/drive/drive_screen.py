@@ -1,4 +1,4 @@
-"""The screen on which a simulated car is driven."""
+"""The screen for driving a simulated car."""
 
 import time
 from collections.abc import Mapping
@@ -32,15 +32,15 @@ from racecar.pipelines.studio.tools import PoseTool, ToolChoice
 from racecar.sensors.scan import Scan
 
 _PERIODS = {"map": 1.0, "plot": 1.0, "words": 0.25}
-"""Seconds from one drawing to the next: what costs more, or is read and not seen, is drawn less often."""
+"""Minimum seconds between drawings. Expensive things, and text, are updated less often."""
 _CLICK_RADIUS = 1.0
-"""Metres about a click within which the localizer is to look for the car: a finger's width on a whole map."""
+"""Metres around a click within which the localizer searches for the car: a finger's width on a whole map."""
 _GOAL_SIZE = 0.4
-"""Metres of the goal's cross."""
+"""Size in metres of the cross at the goal."""
 
 
 class DriveScreen(Screen):
-    """A car on a map, with the localizer beside the truth or a mapper that discovers the floor."""
+    """A car on a map, with its true pose and either the localizer or a mapper that explores the floor."""
 
     def __init__(
         self,
@@ -60,37 +60,37 @@ class DriveScreen(Screen):
         self._build_panel()
         self._follower: Follower = self._track()
         extent = known_extent(grid)
-        assert extent is not None  # the car has found its place in it
+        assert extent is not None  # the car has found a free place on it
         page.view.show_whole(*extent)
 
     @property
     def truth(self) -> Pose:
-        """(3,) where the car is."""
+        """(3,) true pose of the car."""
         return self._simulation.truth
 
     @property
     def is_underway(self) -> bool:
-        """Whether the car is on its way to a goal."""
+        """Whether the car is driving to a goal."""
         return self._simulation.is_underway
 
     @property
     def error(self) -> float:
-        """Metres by which localizer or mapper are off; nan before they say anything."""
+        """Position error in metres of localizer or mapper; nan before the first estimate."""
         return self._follower.errors[-1].metres if self._follower.errors else float("nan")
 
     @property
     def course_error(self) -> float | None:
-        """Metres by which the course's filter is off; None where it does not run."""
+        """Position error in metres of the course's filter; None if it is not running."""
         return self._follower.course_error if isinstance(self._follower, Tracking) else None
 
     @property
     def tool(self) -> Tool:
-        """The chosen one."""
+        """The selected tool."""
         return self._tools.tool
 
     @property
     def would_be_lost(self) -> str:
-        """A map that was discovered."""
+        """A map from a discovery that is not saved."""
         if not isinstance(self._follower, Discovery) or not self._follower.keyframes:
             return ""
         return "The discovered map is not saved: save it, or press again to leave without it."
@@ -104,7 +104,7 @@ class DriveScreen(Screen):
         self._follower.take(measured, self.truth, self._simulation.seconds)
 
     def draw(self) -> None:
-        """Draw the car and what is believed of it."""
+        """Draw the car and its estimate."""
         layers, simulation, follower = self._page.layers, self._simulation, self._follower
         layers.line("truth", car_outline(self.truth))
         layers.line("planned", simulation.planned)
@@ -193,11 +193,11 @@ class DriveScreen(Screen):
         self._tracking().set_course(CourseSettings() if is_wanted else None, self.truth)
 
     def _tracking(self) -> Tracking:
-        """The localizer; back on the known map when the floor was being discovered."""
+        """The localizer; switches back to the known map after a discovery."""
         return self._follower if isinstance(self._follower, Tracking) else self._track()
 
     def _track(self) -> Tracking:
-        """Begin to localize on the known map."""
+        """Start localizing on the known map."""
         self._follower = tracking = Tracking(self._grid, self._localization, self.truth)
         self._page.layers.begin_anew()
         self._page.layers.map(self._grid)

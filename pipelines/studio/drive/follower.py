@@ -1,4 +1,4 @@
-"""Whoever tells from the sensors where the car is, held against the truth."""
+"""Estimate the car's pose from the sensors, and compare it with the truth."""
 
 from abc import ABC, abstractmethod
 from collections import deque
@@ -13,11 +13,11 @@ from racecar.sensors.measurement import Measurement
 from racecar.sensors.scan import Scan
 
 _REMEMBERED = 1200
-"""Frames whose errors are kept: a minute."""
+"""Number of frames whose errors are kept: a minute."""
 
 
 class Deviation(NamedTuple):
-    """How far the believed pose is off."""
+    """Error of the estimated pose."""
 
     seconds: float
     metres: float
@@ -25,30 +25,30 @@ class Deviation(NamedTuple):
 
 
 class Follower(ABC):
-    """A localizer that knows the map, or a mapper that discovers it."""
+    """A localizer on a known map, or a mapper that explores it."""
 
     def __init__(self) -> None:
         self.errors: deque[Deviation] = deque(maxlen=_REMEMBERED)
-        """Of the last minute."""
+        """Errors of the last minute."""
 
     @abstractmethod
     def take(self, measured: list[Measurement], truth: Pose, seconds: float) -> None:
-        """Follow the sensors for a while, at whose end, after so many seconds of the drive, the car is at the
-        true pose (3,)."""
+        """Process sensor data of some time; ``seconds`` into the drive, at its end, the true pose is
+        ``truth`` (3,)."""
 
     @abstractmethod
     def glimpse(self, scan: Scan | None) -> Glimpse | None:
-        """The car as it is believed to be, seeing a scan; None before anything is believed."""
+        """The car's estimate with a scan; None before the first estimate."""
 
     @abstractmethod
     def words(self) -> str:
-        """How it goes, in Markdown."""
+        """The current state, in Markdown."""
 
     def map(self) -> OccupancyGrid | None:
-        """The map as far as it is known, in the world; None: as it was shown before."""
+        """The map known so far, in the world; None if it has not changed."""
         return None
 
     def note_error(self, pose: Pose, truth: Pose, seconds: float) -> None:
-        """A believed pose (3,) beside the true one."""
+        """Record the error of an estimated pose (3,) against the true one."""
         off = pose - truth
         self.errors.append(Deviation(seconds, float(np.hypot(*off[:2])), abs(float(wrap_angle(off[2])))))

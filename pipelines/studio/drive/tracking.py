@@ -1,4 +1,4 @@
-"""Filters that follow the car, held against the truth."""
+"""Filters that track the car, compared with the truth."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,25 +16,25 @@ from racecar.sensors.measurement import Measurement
 from racecar.sensors.scan import Scan
 
 _SHOWN_PARTICLES = 500
-"""Of each filter: a browser draws so many arrows in passing, and more would only cover each other."""
+"""Maximum particles of each filter, which a browser draws easily; more would only hide each other."""
 _COURSE_START = np.diag([0.25, 0.25, 0.06])
-"""Variances (m², rad²) with which the course's filter starts about a pose, as ours does by default."""
+"""Variances (m², rad²) of the course's filter around a start pose, the same as our default."""
 
 
 class Tracking(Follower):
-    """Our localizer and, where it is wanted, the course's filter beside it."""
+    """Our localizer and, on request, the course's filter beside it."""
 
     def __init__(self, grid: OccupancyGrid, config: LocalizationConfig, start: Pose) -> None:
-        """The localizer knows the start pose (3,) roughly. Raises UserError when the map is of no use."""
+        """``start`` (3,) is the approximate start pose. Raises UserError when the map is unusable."""
         super().__init__()
         self._grid, self._rng = grid, np.random.default_rng(0)
         self.localizer = Localizer(grid, config, self._rng)
         self.localizer.set_pose(start)
         self._course: CourseFilter | None = None
         self.course_error: float | None = None
-        """Metres by which the course's filter was off at the last scan; None where it does not run."""
+        """Position error in metres of the course's filter at the last scan; None if it is not running."""
         self.estimate: PoseEstimate | None = None
-        """Of our localizer, at the last scan."""
+        """Estimate of our localizer at the last scan."""
 
     def take(self, measured: list[Measurement], truth: Pose, seconds: float) -> None:
         """Localize."""
@@ -51,20 +51,20 @@ class Tracking(Follower):
             self.note_error(now.map_from_base, truth, seconds)
 
     def start_at(self, pose: Pose) -> None:
-        """Start about a pose (3,). Raises UserError when the car cannot be there."""
+        """Start around a pose (3,). Raises UserError when the car cannot be there."""
         self.localizer.set_pose(pose)
         if self._course is not None:
             self._course.set_pose(pose, _COURSE_START)
 
     def set_course(self, settings: CourseSettings | None, start: Pose) -> None:
-        """Run the course's filter too, from a pose (3,) on, or no longer."""
+        """Run the course's filter too, starting at a pose (3,); None stops it."""
         self._course, self.course_error = None, None
         if settings is not None:
             self._course = CourseFilter(self._grid, settings, self._rng)
             self._course.set_pose(start, _COURSE_START)
 
     def glimpse(self, scan: Scan | None) -> Glimpse | None:
-        """With particles and covariance."""
+        """Includes particles and covariance."""
         if self.estimate is None or scan is None:
             return None
         pose = self.estimate.map_from_base
@@ -73,11 +73,11 @@ class Tracking(Follower):
         return Glimpse(pose, points, None, particles, self.estimate.covariance)
 
     def course_particles(self) -> Pose:
-        """(P, 3) some of the course's filter; none where it does not run."""
+        """(P, 3) some particles of the course's filter; none if it is not running."""
         return np.zeros((0, 3)) if self._course is None else _some(*self._course.particles(), self._rng)
 
     def words(self) -> str:
-        """How it goes, in Markdown."""
+        """The current state, in Markdown."""
         if self.estimate is None or not self.errors:
             return "Waiting for a scan."
         error = self.errors[-1]
@@ -92,7 +92,7 @@ class Tracking(Follower):
 
 
 def _some(poses: Pose, weights: NDArray[np.float64], rng: np.random.Generator) -> Pose:
-    """Some particles that stand for all."""
+    """A sample that represents all particles."""
     if len(poses) <= _SHOWN_PARTICLES:
         return poses
     return poses[rng.choice(len(poses), _SHOWN_PARTICLES, p=weights / weights.sum())]

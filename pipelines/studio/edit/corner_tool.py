@@ -1,4 +1,4 @@
-"""The tool with which shapes are drawn: corners that are clicked and dragged."""
+"""The tool for drawing shapes, by clicking and dragging their corners."""
 
 from collections.abc import Callable
 
@@ -16,19 +16,19 @@ class CornerTool(Tool):
     """Draws the corners of a draft."""
 
     def __init__(self, page: Page, draft: Draft, finish: Callable[[], None]) -> None:
-        """``finish`` makes an edit of the corners."""
+        """``finish`` makes an edit from the corners."""
         super().__init__("Draw", "")
         self._page, self._draft, self._finish = page, draft, finish
         self.kind: EditKind = "erase"
-        """Of the shape that is drawn."""
+        """Kind of the shape being drawn."""
 
     def explain(self) -> str:
-        """How a shape of this kind is drawn."""
+        """How to draw a shape of this kind."""
         end = "the last corner again" if self.kind == "wall" else "the first corner again"
         return f"{HELP[self.kind]} Click the corners, then {end}; drag a corner to move it."
 
     def click(self, place: NDArray[np.float64]) -> None:
-        """A corner; the first one again closes a shape, the last one again ends a wall."""
+        """Add a corner; a click on the first one closes a shape, a click on the last one ends a wall."""
         corners, corner = self._draft.corners, self._corner_at(place)
         if corner is not None and corner == (len(corners) - 1 if self.kind == "wall" else 0):
             self._finish()
@@ -37,7 +37,7 @@ class CornerTool(Tool):
         self.draw()
 
     def takes_drag(self, start: NDArray[np.float64]) -> bool:
-        """Corners of the shape that is being drawn are dragged; elsewhere a drag moves the map."""
+        """Whether a drag moves a corner of the shape being drawn; elsewhere it moves the map."""
         return self._corner_at(start) is not None
 
     def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
@@ -54,7 +54,7 @@ class CornerTool(Tool):
             self._show(corners)
 
     def draw(self) -> None:
-        """Draw the shape as it is."""
+        """Draw the unfinished shape."""
         self._show(self._draft.corners)
 
     def _show(self, corners: NDArray[np.float64]) -> None:
@@ -62,7 +62,7 @@ class CornerTool(Tool):
         self._page.layers.dots("corners", corners)
 
     def _corner_at(self, place: NDArray[np.float64]) -> int | None:
-        """The number of the corner that is meant by a place (2,), if any is."""
+        """Index of the corner at a place (2,), or None."""
         corners = self._draft.corners
         if not len(corners):
             return None

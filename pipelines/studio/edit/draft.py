@@ -1,4 +1,4 @@
-"""Edits while they are drawn, with a way back from every step."""
+"""Edits being drawn, with undo for every step."""
 
 from dataclasses import dataclass, replace
 
@@ -18,36 +18,36 @@ class _State:
 
 
 class Draft:
-    """Finished edits, and the corners of the shape that is being drawn."""
+    """Finished edits, and the corners of the shape being drawn."""
 
     def __init__(self, grid: TiledGrid, edits: MapEdits) -> None:
-        """``grid`` is the map without edits, in whose frame all places are."""
+        """``grid`` is the map without edits; all coordinates are in its frame."""
         self._grid = grid
         self._states = [_State(edits)]
 
     @property
     def edits(self) -> MapEdits:
-        """Those that are finished."""
+        """The finished edits."""
         return self._states[-1].edits
 
     @property
     def corners(self) -> NDArray[np.float64]:
-        """(N, 2) metres in the map: of the shape that is not finished yet."""
+        """(N, 2) metres in the map: corners of the unfinished shape."""
         return np.array(self._states[-1].corners, dtype=np.float64).reshape(-1, 2)
 
     def add_corner(self, place: NDArray[np.float64]) -> None:
-        """Go on to a place (2,)."""
+        """Add a corner at a place (2,)."""
         state, (x, y) = self._states[-1], place.tolist()
         self._states.append(replace(state, corners=(*state.corners, (x, y))))
 
     def move_corner(self, number: int, place: NDArray[np.float64]) -> None:
-        """Let a corner, by its number from 0, lie at a place (2,)."""
+        """Move a corner, by its index from 0, to a place (2,)."""
         state, (x, y) = self._states[-1], place.tolist()
         corners = (*state.corners[:number], (x, y), *state.corners[number + 1 :])
         self._states.append(replace(state, corners=corners))
 
     def reopen(self, number: int) -> None:
-        """Draw on at a finished edit, by its number from 0. Raises UserError while another shape is drawn."""
+        """Continue a finished edit, by its index from 0. Raises UserError while another shape is drawn."""
         if len(self.corners):
             raise UserError(
                 "A shape is not finished: finish it, or undo its corners, and change the other then."
@@ -56,9 +56,9 @@ class Draft:
         self._states.append(_State(self.edits.without(number), corners))
 
     def finish(self, kind: EditKind, *, width: float, limit: float) -> None:
-        """Make an edit of the corners; a width, metres, is of walls, a limit, metres per second, of speed.
+        """Make an edit from the corners; a width, in metres, is for walls, a limit, in m/s, for speed zones.
 
-        Raises UserError when they are no such shape, or it covers nothing; the corners stay then.
+        Raises UserError when they form no such shape, or it covers nothing; the corners are kept then.
         """
         drawn = Edit(
             kind,
@@ -75,11 +75,11 @@ class Draft:
         self._states.append(_State(edits))
 
     def remove(self, number: int) -> None:
-        """Take an edit away, by its number from 0."""
+        """Remove an edit, by its index from 0."""
         self._states.append(replace(self._states[-1], edits=self.edits.without(number)))
 
     def undo(self) -> None:
-        """Go back by a corner, or by a shape that was finished or removed. Raises UserError at the start."""
+        """Undo the last corner, or the last finished or removed shape. Raises UserError at the start."""
         if len(self._states) == 1:
             raise UserError("There is nothing to undo.")
         self._states.pop()

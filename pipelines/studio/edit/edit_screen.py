@@ -1,4 +1,4 @@
-"""The screen on which the map of a run is edited."""
+"""The screen for editing the map of a run."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -28,7 +28,7 @@ _NONE = "none yet"
 
 
 class EditScreen(Screen):
-    """Shapes become edits, which are drawn over the map at once and saved in the end."""
+    """Shapes become edits, which are drawn over the map at once and saved at the end."""
 
     def __init__(
         self,
@@ -45,18 +45,18 @@ class EditScreen(Screen):
         self._corners = CornerTool(page, self._draft, self._finish)
         self._saving = Saving(folder, config, edits)
         self._names: list[str] = []
-        """Of the edits in the list."""
+        """Names of the edits in the list."""
         self._build_panel(leave)
         self._show_edits()
 
     @property
     def tool(self) -> Tool:
-        """Corners are drawn."""
+        """The tool that draws corners."""
         return self._corners
 
     @property
     def would_be_lost(self) -> str:
-        """What was drawn since it was saved."""
+        """Unsaved edits."""
         if self._saving.is_saved(self._draft.edits) and not len(self._draft.corners):
             return ""
         return "What was drawn is not saved: save it, or press again to leave without it."
@@ -96,7 +96,7 @@ class EditScreen(Screen):
 
     @property
     def _chosen(self) -> int | None:
-        """The number of an edit, from 0; None where there is none."""
+        """Index of the selected edit, from 0; None if there is none."""
         return self._names.index(self._choice.value) if self._choice.value in self._names else None
 
     def _change(self) -> None:
@@ -150,7 +150,7 @@ class EditScreen(Screen):
         self._page.tell("Saved", "The panel says what was written.", "green")
 
     def _show_edits(self) -> None:
-        """List the edits, choose the last, and draw them over the map."""
+        """List the edits, select the last, and draw them over the map."""
         edits, layers = self._draft.edits.edits, self._page.layers
         self._names = [f"{number}: {_described(edit)}" for number, edit in enumerate(edits, start=1)]
         self._choice.options = self._names or [_NONE]
@@ -176,7 +176,7 @@ class EditScreen(Screen):
         )
 
     def _tints(self) -> list[tuple[TiledGrid, Color]]:
-        """Where robots shall be slow or keep out."""
+        """Speed and keep-out zones."""
         edits = self._draft.edits.edits
         kinds = {edit.kind for edit in edits}
         tints = []
@@ -188,7 +188,7 @@ class EditScreen(Screen):
 
 
 def _outlines(edits: Sequence[Edit]) -> NDArray[np.float64]:
-    """(N, 2, 2) the lines between the corners of each; those of a wall do not lead back."""
+    """(N, 2, 2) lines between the corners of each edit; those of a wall are not closed."""
     return np.concatenate([np.zeros((0, 2, 2)), *(_outline(edit) for edit in edits)])
 
 

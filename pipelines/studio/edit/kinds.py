@@ -1,4 +1,4 @@
-"""The kinds of edits, as the page names and explains them; its layers of these names have their colours."""
+"""Names and explanations of the kinds of edits; the layers of the same names have their colours."""
 
 from racecar.maps.grid.edits import EditKind
 

@@ -1,4 +1,4 @@
-"""Edits go beside the map that they are of, and the map is rendered with them."""
+"""Save edits beside their map, and render the map with them."""
 
 from os.path import realpath
 from pathlib import Path
@@ -17,21 +17,21 @@ from racecar.pipelines.runs.run_context import RunContext
 
 
 class Saving:
-    """Of the edits of the map in a folder."""
+    """Saves the edits of the map in a folder."""
 
     def __init__(self, folder: Path, config: MappingConfig, saved: MapEdits) -> None:
-        """``config`` says how the map is rendered, ``saved`` is what the folder holds."""
+        """``config`` sets how the map is rendered; ``saved`` are the edits that the folder holds."""
         self._folder, self._config, self._saved = folder, config, saved
 
     def is_saved(self, edits: MapEdits) -> bool:
-        """Whether these are what was saved last."""
+        """Whether these are the edits that were last saved."""
         return edits.text == self._saved.text
 
     def save(self, edits: MapEdits, out: Path, *, is_straightened: bool, is_cropped: bool) -> str:
-        """Write the edits beside their map and render it into ``out``; what was written, in words.
+        """Write the edits beside their map and render it into ``out``; returns what was written, in words.
 
-        Raises UserError when a folder cannot be written to or holds what is not ours, when another hand has
-        changed the edits meanwhile, and when the map would turn under its own edits.
+        Raises UserError when a folder cannot be written to or holds foreign files, when the edits were
+        changed elsewhere meanwhile, and when the map would turn under its own edits.
         """
         if is_straightened and realpath(out) == realpath(self._folder):
             raise UserError(
@@ -68,7 +68,7 @@ class Saving:
 
 
 def as_the_map_lies(run: Path, config: MappingConfig) -> MappingConfig:
-    """The settings that render the map of a run in the frame and with the cells that it has."""
+    """Settings that render the map of a run in its existing frame and with its cell size."""
     rendering = config.rendering.model_copy(update={"turn": 0.0, "crop": None, "origin": None})
     is_there = (run / "map.yaml").is_file()
     resolution = load_map(run).resolution if is_there else config.resolution

@@ -1,1 +1,1 @@
-"""Looking at a run: its map and path, and a time line to go through the drive."""
+"""Look at a run: its map and path, and a time line of the drive."""

@@ -1,4 +1,4 @@
-"""The screen on which a run is looked at."""
+"""The screen for looking at a run."""
 
 from collections.abc import Callable
 from enum import Enum
@@ -19,21 +19,21 @@ from racecar.pipelines.studio.screen import Screen, Tool
 from racecar.pipelines.studio.watched_car import Glimpse
 
 _NEAR = 12.0
-"""Metres that are seen from bottom to top where a doubtful stretch is looked at."""
+"""Metres visible from bottom to top when looking at a doubtful segment."""
 _FRESH = 1_500_000_000
-"""Nanoseconds for which a scan or a cloud of particles is shown: keyframes come once a second or so."""
+"""Nanoseconds for which a scan or a particle cloud is shown; keyframes are about a second apart."""
 _MOST_NAMED = 12
-"""Doubtful stretches with a button of their own, so that the panel stays readable."""
+"""Maximum doubtful segments with their own button, to keep the panel readable."""
 _MISSED = 0.05
-"""Metres by which the map misses a match that is drawn as the most doubtful: a cell, by judgement."""
+"""Residual in metres at which a match is drawn as most doubtful. Chosen by judgement: a cell."""
 _DOUBTFUL_DEVIATION = 0.3
-"""Metres of standard deviation of the place that are painted as most doubtful: about the car's width."""
+"""Standard deviation in metres of the position that is painted as most doubtful: about the car's width."""
 _MARKER = 0.6
-"""Metres: the cross over a doubtful place."""
+"""Size in metres of the cross at a doubtful place."""
 
 
 class _PathColor(str, Enum):
-    """What the path's colour says."""
+    """What the path's colour shows."""
 
     PLAIN = "one colour"
     TIME = "time"
@@ -50,8 +50,8 @@ class LookScreen(Screen):
         edit: Callable[[], None] | None = None,
         drive: Callable[[], None] | None = None,
     ) -> None:
-        """``edit`` opens the screen on which the map is edited, and ``drive`` the one on which a car drives
-        on it; None where that cannot be."""
+        """``edit`` opens the screen for editing the map, ``drive`` the one for driving on it; None if that is
+        impossible."""
         self._page, self._scene = page, scene
         self._seconds = (scene.trajectory.stamps - scene.trajectory.stamps[0]) * 1e-9
         self._has_covariances = bool(np.any(scene.covariances))
@@ -65,15 +65,15 @@ class LookScreen(Screen):
 
     @property
     def tool(self) -> Tool:
-        """Clicks go to the moment at which the car was nearest."""
+        """Clicks go to the time when the car was nearest."""
         return self._go_to_place
 
     def step(self, seconds: float) -> None:
-        """Let the time line go on."""
+        """Advance the time line."""
         self._time_line.pass_by(seconds)
 
     def draw(self) -> None:
-        """Draw the moment, where it is another."""
+        """Draw the current time, if it changed."""
         scan = self._scan_at(self._time_line.now)
         if scan != self._shown:
             self._shown = scan
@@ -81,7 +81,7 @@ class LookScreen(Screen):
             self._moment.content = self._words(scan)
 
     def _draw_run(self) -> None:
-        """Map, path and what was found about them."""
+        """Draw the map, the path and the findings about them."""
         scene, layers = self._scene, self._page.layers
         if scene.grid is not None:
             layers.map(scene.grid)
@@ -163,7 +163,7 @@ class LookScreen(Screen):
         self._page.layers.line("path", self._scene.trajectory.map_from_base[:, :2], shades)
 
     def _path_doubts(self) -> NDArray[np.float64]:
-        """(S,) 0 to 1: how wide the estimate was, and 1 in the stretches that the verdict names."""
+        """(S,) 0 to 1: the relative uncertainty of the estimate, and 1 in segments that the verdict names."""
         doubts = np.zeros(len(self._seconds))
         if self._has_covariances:
             doubts = np.minimum(self._scene.deviations[:, 0] / _DOUBTFUL_DEVIATION, 1.0)
@@ -206,19 +206,19 @@ class LookScreen(Screen):
         return max(0, int(np.searchsorted(stamps, stamp, side="right")) - 1)
 
     def _seconds_after(self, scans: int) -> float:
-        """So many scans after the one that is shown; a nanosecond more, as seconds are rounded."""
+        """Time of the scan this many after the current one; plus 1 ns, as seconds are rounded."""
         number = min(max((self._shown or 0) + scans, 0), len(self._seconds) - 1)
         return float(self._seconds[number]) + 1e-9
 
 
 def _latest(stamps: NDArray[np.int64], stamp: int) -> int | None:
-    """The last before a stamp, unless it is long past."""
+    """Index of the last stamp before this one, unless that is long past."""
     index = int(np.searchsorted(stamps, stamp, side="right")) - 1
     return index if index >= 0 and stamp - stamps[index] <= _FRESH else None
 
 
 def _extent(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What is known of the map, and the path."""
+    """Extent of the known map and the path."""
     known = None if scene.grid is None else known_extent(scene.grid)
     places = np.vstack([scene.trajectory.map_from_base[:, :2], *(known or ())])
     return places.min(axis=0), places.max(axis=0)

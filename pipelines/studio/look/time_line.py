@@ -1,4 +1,4 @@
-"""The controls of time: a slider, play, speed and single steps."""
+"""The time controls: a slider, play, speed and single steps."""
 
 import math
 from collections.abc import Callable
@@ -8,16 +8,16 @@ from racecar.pipelines.studio.page import Page
 
 _SPEEDS = {"½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "5 ×": 5.0, "20 ×": 20.0}
 _SHOWN_EVERY = 0.2
-"""Seconds between two moves of the slider while it plays: each is sent to all pages."""
+"""Seconds between updates of the slider while playing, since each is sent to all pages."""
 _LEAST_SECONDS = 0.1
-"""Of the slider, which must have two ends."""
+"""Minimum length of the slider, whose two ends must differ."""
 
 
 class TimeLine:
-    """Seconds since a drive began, and how they pass."""
+    """Seconds since the start of a drive, and playback."""
 
     def __init__(self, page: Page, seconds: float, step: Callable[[int], float]) -> None:
-        """``step`` says to which second so many scans onwards, or backwards, lead."""
+        """``step`` returns the time that many scans later, or earlier if negative."""
         self._end = max(math.ceil(10.0 * seconds) / 10.0, _LEAST_SECONDS)  # it is written under the slider
         self._step = step
         self._is_playing, self._since_shown = False, 0.0
@@ -41,7 +41,7 @@ class TimeLine:
         self._show()
 
     def pass_by(self, seconds: float) -> None:
-        """Let some seconds of a clock on the wall pass."""
+        """Advance by elapsed wall-clock seconds."""
         if not self._is_playing:
             return
         self.now += seconds * _SPEEDS[self._speed.value]

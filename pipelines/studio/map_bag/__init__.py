@@ -1,1 +1,1 @@
-"""A bag becomes a map on the page, which one watches grow."""
+"""Map a bag on the page, and watch the map grow."""

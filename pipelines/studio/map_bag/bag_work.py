@@ -1,4 +1,4 @@
-"""What is done with a bag in a process of its own, and told to the page by a pipe."""
+"""Work on a bag in a separate process, which reports to the page through a pipe."""
 
 import signal
 import time
@@ -22,7 +22,7 @@ from racecar.pipelines.studio.watched_car import Glimpse
 from racecar.sensors.config import SensorConfig
 
 _TELL_EVERY = 0.2
-"""Seconds between two words about progress, which nobody reads faster."""
+"""Seconds between progress reports; nobody reads faster."""
 
 
 STOPPED = "It was stopped, and no map was written."
@@ -30,7 +30,7 @@ STOPPED = "It was stopped, and no map was written."
 
 @dataclass(frozen=True)
 class Progress:
-    """How far it is."""
+    """How much of the work is done."""
 
     what: str
     share: float
@@ -38,7 +38,7 @@ class Progress:
 
 
 News = Progress | OccupancyGrid | Glimpse
-"""What is told meanwhile."""
+"""Messages sent during the work."""
 
 
 @dataclass(frozen=True)
@@ -52,14 +52,14 @@ class WrittenMap:
 
 
 def check_and_tell(bag: Path, sensors: SensorConfig, told: Connection) -> BagCheck:
-    """Read a bag for what it holds. Raises UserError."""
+    """Read and check a bag. Raises UserError."""
     leave_terminal_alone()
     with BagReader(bag, sensors=sensors) as reader:
         return check_reader(reader, RunContext(listen=_telling(told)))
 
 
 def map_and_tell(job: MappingJob, told: Connection) -> WrittenMap:
-    """Map a bag; SIGTERM ends the reading, and what was read becomes the map. Raises UserError."""
+    """Map a bag. SIGTERM ends the reading, and the map is built from what was read. Raises UserError."""
     leave_terminal_alone()
     context = RunContext(
         Report("racecar map"),
@@ -70,7 +70,7 @@ def map_and_tell(job: MappingJob, told: Connection) -> WrittenMap:
     try:
         with run_lock(job.out):
             run = carry_out(job, context)
-    except KeyboardInterrupt as stop:  # as it is called when the reading is over, or has not begun
+    except KeyboardInterrupt as stop:  # raised by a stop after or before the reading
         raise UserError(STOPPED) from stop
     for news in finished_sketch(run.result):
         told.send(news)
@@ -78,7 +78,7 @@ def map_and_tell(job: MappingJob, told: Connection) -> WrittenMap:
 
 
 def _telling(told: Connection) -> Listener:
-    """What tells the pipe of progress, now and then."""
+    """A listener that sends progress to the pipe, at limited rate."""
     last_what, due = "", 0.0
 
     def tell(what: str, share: float) -> None:

@@ -1,4 +1,4 @@
-"""The screen on which a bag becomes a map."""
+"""The screen for mapping a bag."""
 
 import signal
 from collections.abc import Callable, Mapping
@@ -36,13 +36,12 @@ from racecar.sensors.findings import Finding
 
 
 class MapBagScreen(Screen):
-    """Chooses a bag, checks it, and watches a process that maps it."""
+    """Selects a bag, checks it, and watches the process that maps it."""
 
     def __init__(
         self, page: Page, bags: Mapping[str, Path], config: Config, open_run: Callable[[Path], None]
     ) -> None:
-        """``bags`` by the names under which they are listed, at least one; ``open_run`` shows what a folder
-        holds."""
+        """``bags`` by the names in the list, at least one; ``open_run`` shows the contents of a folder."""
         self._page, self._bags, self._config, self._open_run = page, bags, config, open_run
         self._process: FreshProcess[BagCheck] | FreshProcess[WrittenMap] | None = None
         self._news: Connection | None = None
@@ -50,33 +49,33 @@ class MapBagScreen(Screen):
         self._mapped: Path | None = None
         self._build_panel()
         self.watched = WatchedCar(page)
-        """Map and car as they were seen last."""
+        """The latest map and car."""
         self.choose(next(iter(bags)))
 
     @property
     def is_idle(self) -> bool:
-        """Whether no bag is read at the moment."""
+        """Whether no bag is being read."""
         return self._process is None
 
     @property
     def words(self) -> str:
-        """How far it is, and in the end what came of it."""
+        """The progress, and finally the result."""
         return str(self._words.content)
 
     @property
     def remarks(self) -> str:
-        """What a person should know besides."""
+        """Additional notes for the user."""
         return str(self._remarks.content)
 
     @property
     def would_be_lost(self) -> str:
-        """What is given up when the screen is left now."""
+        """The work that is lost if the screen is left now."""
         if self.is_idle:
             return ""
         return "The bag is still being read: stop it first, or press again to leave all the same."
 
     def step(self, seconds: float) -> None:
-        """Hear what the process tells."""
+        """Receive messages from the process."""
         process = self._process
         is_over = process is not None and process.is_over
         self._hear()
@@ -84,7 +83,7 @@ class MapBagScreen(Screen):
             self._end(process)
 
     def draw(self) -> None:
-        """Draw the latest of map and car, once."""
+        """Draw the latest map and car, once."""
         self.watched.draw()
 
     def close(self) -> None:
@@ -115,15 +114,15 @@ class MapBagScreen(Screen):
             self._remarks = gui.add_markdown("")
 
     def choose(self, name: str) -> None:
-        """Take one of the bags; its map goes to a folder named after it."""
+        """Select one of the bags; its map goes to a folder named after it."""
         self._chosen = self._bags[name]
         self._out.value = str(run_folders([self._chosen], Path("runs"))[0])
         if self.is_idle:
             self._words.content, self._remarks.content = literal(str(self._chosen)), ""
 
     def map_it(self) -> None:
-        """Begin to map the chosen bag. Raises UserError while a bag is read, and when its map would replace
-        what is not ours."""
+        """Start mapping the selected bag. Raises UserError while a bag is read, and when the map would
+        replace foreign files."""
         job = MappingJob(
             self._chosen.absolute(),
             typed_path(self._out.value).absolute(),
@@ -135,19 +134,19 @@ class MapBagScreen(Screen):
         self._stop.label = "Stop here, and map what was read"
 
     def check_it(self) -> None:
-        """Begin to check the chosen bag. Raises UserError while a bag is read."""
+        """Start checking the selected bag. Raises UserError while a bag is read."""
         self._start(partial(check_and_tell, self._chosen.absolute(), self._config.sensors))
         self._stop.label = "Stop"
 
     def stop(self) -> None:
-        """Let what was read so far become the map."""
+        """Stop reading, and build the map from what was read."""
         if self._process is not None and self._stop.visible:
             self._stop.visible = False
             self._words.content = "Stopping …"
             self._process.ask_to_stop()
 
     def open_result(self) -> None:
-        """Look at the map that was made last."""
+        """Look at the most recent map."""
         if self._mapped is not None:
             self._open_run(self._mapped)
 
@@ -166,7 +165,7 @@ class MapBagScreen(Screen):
         try:
             while self._news is not None and self._news.poll():
                 self._take(self._news.recv())
-        except EOFError:  # the process has said all
+        except EOFError:  # the process has sent everything
             self._news = None
 
     def _take(self, news: News) -> None:

@@ -1,4 +1,4 @@
-"""Draws the map while it is built, and seldom enough to hold mapping up little."""
+"""Draw the map while it is built, rarely enough not to slow down mapping."""
 
 import time
 from collections.abc import Callable
@@ -19,12 +19,12 @@ from racecar.pipelines.studio.watched_car import Glimpse
 from racecar.sensors.scan import Scan
 
 _EVERY = 0.5
-"""Seconds between two sketches at least: by judgement, as often as one sees something new."""
+"""Minimum seconds between two sketches. Chosen by judgement: as often as something new is visible."""
 _MOST_CELLS = 16_000_000
-"""Of a map that is sent: the page shows no more."""
+"""Maximum cells of a map that is sent, which is all that the page shows."""
 _LEAST_WORK, _LONGEST_PAUSE = 10.0, 3.0
-"""How many times as long as drawing the map the work between two drawings takes, so that watching costs a
-tenth; but no more seconds than that, as a first drawing may compile its loops."""
+"""Minimum ratio of the time between drawings to that of drawing the map, so that watching costs a tenth; and
+its limit in seconds, since the first drawing may compile its loops."""
 
 
 def finished_sketch(result: MappingResult) -> tuple[OccupancyGrid, Glimpse]:
@@ -40,7 +40,7 @@ def _glimpse(map_from_base: Pose, scan_in_map: NDArray[np.float64], session: Ses
 
 
 class Sketcher:
-    """Looks at a mapper after each scan, and hands on what it draws."""
+    """Watches a mapper after each scan, and sends drawings of it."""
 
     def __init__(self, config: MappingConfig, hand_on: Callable[[OccupancyGrid | Glimpse], None]) -> None:
         self._new_grid = partial(GrowingGrid, config.resolution, config.rendering)
@@ -60,9 +60,9 @@ class Sketcher:
         self._sketch_due = time.monotonic() + _EVERY
 
     def _draw(self, mapper: Mapper) -> OccupancyGrid | None:
-        """The map, if that is due."""
+        """The map, if it is due."""
         began = time.monotonic()
-        if mapper is not self._mapper:  # the run has begun anew
+        if mapper is not self._mapper:  # the run has restarted
             self._growing, self._mapper, self._grid_due = self._new_grid(), mapper, began
         if began < self._grid_due:
             return None

@@ -1,1 +1,1 @@
-"""Who reaches the page, and what is heard of them."""
+"""Who can reach the page, and which messages are accepted."""

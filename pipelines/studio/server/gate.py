@@ -1,8 +1,8 @@
-"""Who is let in to a page: whoever knows its secret address, from a browser that shows this very page.
+"""Access to a page: only with its secret address, and from a browser that shows this very page.
 
-Any web page that is open in the same browser can reach a server of this machine, and a domain of its own can
-lead there as well. So the secret is asked of all; a host by another name than this machine's own, and a page
-from elsewhere, are turned away before.
+Any web page open in the same browser can send requests to a server on this machine, and its own domain may
+resolve there too. Therefore every request needs the secret. Requests for another host name than this
+machine's own, and those from other pages, are rejected first.
 """
 
 import hmac
@@ -17,24 +17,23 @@ from websockets.http11 import Request, Response
 
 LOOPBACK = "127.0.0.1"
 _OWN_NAMES = (LOOPBACK, "localhost")
-"""Of this machine; at any port, for the way here may lead through a tunnel."""
+"""Names of this machine; any port is accepted, since requests may come through a tunnel."""
 MOST_PAGES = 16
-"""That are open at once: each keeps one of the server's 32 threads busy, and another while it opens."""
+"""Maximum open pages: each keeps one of the server's 32 threads busy, and another while it opens."""
 _HOW_TO_OPEN = "Open the page by the whole address that racecar has printed.\n"
 
 Answer = Callable[[ServerConnection, Request], Any]
 
 
 class Gate:
-    """Stands before all that a server answers."""
+    """Checks every request before the server answers it."""
 
     def __init__(self, secret: str) -> None:
-        """``secret``: how the path of an address has to begin."""
+        """``secret`` is the required start of an address's path."""
         self._secret = secret
 
     def before(self, answer: Answer) -> Answer:
-        """The same answer for those who are let in, who find everything below the secret; others get a
-        sentence."""
+        """Wrap ``answer``: admitted requests see everything below the secret; others get a sentence."""
 
         def answer_if_let_in(connection: ServerConnection, request: Request) -> Response | Any:
             secret, _, path = request.path.removeprefix("/").partition("/")
@@ -50,8 +49,8 @@ class Gate:
 
 
 def _is_own(request: Request) -> bool:
-    """Whether a request goes to this machine by its name and, as far as is said, comes from its page; only
-    those who merely load it need not say."""
+    """Whether a request names this machine as its host and, if it states an origin, comes from its page; only
+    plain page loads may omit the origin."""
     hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
     if len(hosts) != 1 or not _is_own_name(hosts[0]):
         return False

@@ -1,7 +1,7 @@
-"""A server of pages that lets in only the user, and hears only what people can do on a page.
+"""A web server that admits only the user, and accepts only messages that people can cause on a page.
 
-viser's own looks neither at who comes nor at what is said. Its connections are made by the `serve` of
-websockets, which takes an answer to requests and a kind of connection: both are replaced while it starts.
+viser's own server checks neither visitors nor messages. It opens connections with `serve` of websockets,
+which takes a handler of requests and a class of connections: both are replaced while it starts.
 """
 
 import io
@@ -20,15 +20,15 @@ from racecar.pipelines.studio.server.gate import Gate
 from racecar.pipelines.studio.server.hearing import LONGEST_MESSAGE, is_heard
 
 _GUARDED = "1.1.1"
-"""The version of viser with which this was tried."""
+"""The version of viser that this was tested with."""
 _CONTROLS = "_gui_input_handle_from_uuid"
-"""Where viser keeps the controls of the side panel; it has no other way to find one."""
+"""Where viser stores the controls of the side panel; it has no public way to find one."""
 _starting = threading.Lock()
 
 
 def gated_server(host: str, port: int, title: str, gate: Gate) -> ViserServer:
-    """Serve pages at a port. Raises UserError with a viser that starts otherwise: better no page than one
-    that is open to everybody."""
+    """Serve pages at a port. Raises UserError if this viser starts differently: better no page than one that
+    is open to everyone."""
     started: list[ViserServer] = []
 
     def control_of(uuid: str) -> Any:
@@ -48,7 +48,7 @@ def gated_server(host: str, port: int, title: str, gate: Gate) -> ViserServer:
 
 @contextmanager
 def _gated(gate: Gate, control_of: Callable[[str], Any]) -> Iterator[Callable[[], bool]]:
-    """Have whatever is served from now on gated; whether something was."""
+    """Gate every server started during the block; yields a function that reports whether there was one."""
     serve, was_used = websockets_server.serve, threading.Event()
 
     def serve_gated(*arguments: Any, **options: Any) -> Any:
@@ -68,7 +68,7 @@ def _gated(gate: Gate, control_of: Callable[[str], Any]) -> Iterator[Callable[[]
 
 def _connection(control_of: Callable[[str], Any]) -> type[ServerConnection]:
     class Connection(ServerConnection):
-        """Receives only what is heard."""
+        """Receives only accepted messages."""
 
         async def recv(self, decode: bool | None = None) -> Any:
             while True:

@@ -1,7 +1,7 @@
-"""What is heard of a page: the few messages with which people use it, and no others.
+"""The messages accepted from a page: the few that people cause when they use it, and no others.
 
-viser takes whatever comes for one of its messages, of which one makes the page public, and lets a message set
-anything of a control.
+viser accepts all of its message types, one of which makes the page public, and lets a message set any
+property of a control.
 """
 
 import math
@@ -12,17 +12,17 @@ import msgspec
 from msgspec import Meta, Struct
 
 LONGEST_MESSAGE = 1 << 16
-"""Bytes; the longest that a person causes is a path."""
+"""Bytes; the longest message that a person causes is a path."""
 _LONGEST_TEXT = 4096
-"""Characters: no path is longer."""
+"""Characters; no path is longer."""
 _FARTHEST = 1e6
-"""Metres, and the most of all other numbers: farther than anybody drives."""
+"""Metres, and the limit of all other numbers: farther than any drive."""
 _NEAREST = 1e-3
-"""Metres from a camera to what it looks at; with none it looks nowhere."""
+"""Metres from a camera to its target; at no distance the direction is undefined."""
 _STEEPEST = -0.1
-"""The downward part of a ray's direction, at least: cameras look straight down."""
+"""Maximum z component of a ray's direction, since cameras look straight down."""
 _UNIT = 1.0 + 1e-6
-"""The length of a direction, as exact as a browser computes it."""
+"""Maximum length of a direction, within a browser's rounding errors."""
 _LARGEST_PICTURE = 100_000
 """Pixels of a page's side; no screen has more."""
 
@@ -35,7 +35,7 @@ Text = Annotated[str, Meta(max_length=_LONGEST_TEXT)]
 
 
 class View(Struct, tag="ViewerCameraMessage", tag_field="type"):
-    """Where a page looks from."""
+    """The camera of a page."""
 
     wxyz: tuple[Number, Number, Number, Number]
     position: Place
@@ -59,7 +59,7 @@ class Click(Struct, tag="ScenePointerMessage", tag_field="type"):
 
 
 class Drag(Struct, tag="SceneNodeDragMessage", tag_field="type"):
-    """A part of a drag over the floor."""
+    """Part of a drag over the floor."""
 
     phase: Literal["start", "update", "end"]
     name: Text
@@ -73,7 +73,7 @@ class Drag(Struct, tag="SceneNodeDragMessage", tag_field="type"):
 
 
 class Changed(Struct, forbid_unknown_fields=True):
-    """What a person sets of a control."""
+    """The new value of a control."""
 
     value: bool | int | float | Text
 
@@ -93,7 +93,7 @@ class Hold(Struct, tag="GuiButtonHoldMessage", tag_field="type"):
 
 
 class Pulse(Struct, tag="LocalStorageGetItemResponseMessage", tag_field="type"):
-    """The answer to whether a page has drawn the last frame."""
+    """The answer that shows that a page has drawn the last frame."""
 
     value: Text | None
     error: Text | None
@@ -104,7 +104,7 @@ Message = View | Click | Drag | Change | Hold | Pulse
 
 
 def is_heard(said: bytes | str, control_of: Callable[[str], Any]) -> bool:
-    """Whether a person can cause a message; ``control_of`` gives the control of a uuid, or None."""
+    """Whether a person can cause a message; ``control_of`` returns the control of a uuid, or None."""
     if isinstance(said, str):
         return False
     try:
@@ -123,7 +123,7 @@ def is_heard(said: bytes | str, control_of: Callable[[str], Any]) -> bool:
 
 
 def _is_usable(control: Any) -> bool:
-    """Whether a person sees a control, and can set it."""
+    """Whether a control is visible, and can be set."""
     return getattr(control, "visible", False) and not getattr(control, "disabled", True)
 
 

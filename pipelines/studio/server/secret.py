@@ -1,4 +1,4 @@
-"""What makes the address of a page secret: whoever knows it may use the page."""
+"""The secret in the address of a page: anyone who knows it may use the page."""
 
 import os
 import re
@@ -9,15 +9,15 @@ from pathlib import Path
 from racecar.pipelines.files.state_folder import state_folder
 
 SECRET_FILE = "page_secret"
-"""In the folder of what is kept; a page has another address once it is removed."""
+"""File in the state folder; removing it changes the page's address."""
 _BYTES = 24
-"""So many at random nobody guesses; they make 32 characters."""
+"""Number of random bytes, too many to guess; they make 32 characters."""
 _FORM = re.compile(r"[\w-]{32}", re.ASCII)
 
 
 def page_secret() -> str:
-    """The same for all pages of this user, from a file that nobody else may read: so a page that is open in a
-    browser finds the next server on its port. Where none can be kept, a new one."""
+    """The same secret for all pages of this user, from a file that only the user can read, so that an open
+    page finds the next server on its port. A new secret if none can be stored."""
     new = secrets.token_urlsafe(_BYTES)
     try:
         path = state_folder() / SECRET_FILE
@@ -30,7 +30,7 @@ def page_secret() -> str:
 
 
 def _kept(path: Path) -> str | None:
-    """The secret, if there is one that nobody else can know."""
+    """The stored secret, if nobody else can know it."""
     if not path.is_file():
         return None
     with path.open(errors="replace") as file:
@@ -41,7 +41,7 @@ def _kept(path: Path) -> str | None:
 
 def _keep(secret: str, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    number, name = tempfile.mkstemp(dir=path.parent)  # which only this user may read
+    number, name = tempfile.mkstemp(dir=path.parent)  # readable only by this user
     with os.fdopen(number, "w") as file:
         file.write(secret)
     Path(name).replace(path)

@@ -1,1 +1,1 @@
-"""Watching a car that drives somewhere else, such as before a ROS 2 node."""
+"""Watch a car that is driven elsewhere, for example by a ROS 2 node."""

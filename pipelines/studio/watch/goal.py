@@ -1,4 +1,4 @@
-"""The goal that was sent last, and how far the car is from it."""
+"""The last goal sent, and the car's distance from it."""
 
 import math
 import time
@@ -12,16 +12,16 @@ from racecar.pipelines.studio.outlines import arrow, cross
 from racecar.pipelines.studio.pointed import Pointed
 
 _THERE = 0.3
-"""Metres from the goal at which the car counts as being there, as navigations stop within some decimetres."""
+"""Metres from the goal at which the car has arrived, since navigation stops within a few decimetres."""
 _STEP, _PATIENCE = 0.1, 5.0
-"""Metres that a car does not move for so many seconds when it stands, and does not only turn or wait."""
+"""A car that moves less than this in metres and seconds has stopped, not just turned or waited."""
 _CROSS, _AHEAD, _BARB = 1.2, 1.8, 0.7
-"""Widths of a finger: the cross, the arrow from its middle, and the arrow's barbs; by judgement."""
+"""Finger widths: the cross, the arrow from its centre, and the arrow's barbs. Chosen by judgement."""
 
 
 def goal_pose(shown: Pointed, map_from_base: Pose | None) -> Pose:
-    """``map_from_goal`` (3,). A goal that is clicked without a direction looks ahead as the car comes to it,
-    straight from where it is (3,). Raises UserError when that is not known."""
+    """``map_from_goal`` (3,). A goal without a direction gets that of the straight line from the car's pose
+    (3,). Raises UserError when the pose is unknown."""
     if shown.heading is not None:
         return np.array([*shown.place, shown.heading])
     if map_from_base is None:
@@ -32,7 +32,7 @@ def goal_pose(shown: Pointed, map_from_base: Pose | None) -> Pose:
 
 
 class Goal:
-    """Shown until the car is there."""
+    """Shown until the car has arrived."""
 
     def __init__(self, map_from_goal: Pose) -> None:
         self._map_from_goal = map_from_goal
@@ -40,7 +40,7 @@ class Goal:
         self.is_reached = False
 
     def follow(self, map_from_base: Pose) -> str:
-        """Take in where the car is (3,); how it goes, in words."""
+        """Update with the car's pose (3,); returns the progress, in words."""
         distance = math.hypot(*(self._map_from_goal - map_from_base)[:2])
         self.is_reached = self.is_reached or distance < _THERE
         if self.is_reached:
@@ -53,8 +53,8 @@ class Goal:
         return f"{words} The car stands; the log of the program that drives it may say why."
 
     def drawing(self, finger: float) -> NDArray[np.float64]:
-        """(N, 2, 2) strokes, a finger being so many metres wide on the floor: a cross at the goal, and an
-        arrow to where the car shall look; none once it is reached."""
+        """(N, 2, 2) strokes for a ``finger`` width in metres on the floor: a cross at the goal, and an arrow
+        in its direction; none once it is reached."""
         if self.is_reached:
             return np.zeros((0, 2, 2))
         x, y, yaw = self._map_from_goal

@@ -1,4 +1,4 @@
-"""The screen on which one watches what a node sees, and sends it somewhere by clicks."""
+"""The screen for watching what a node sees, and for sending the car to a goal by clicks."""
 
 from collections.abc import Callable
 
@@ -19,14 +19,14 @@ from racecar.pipelines.studio.watched_car import Glimpse, WatchedCar
 MOVE, GOAL, PLACE = "Only move the map", "Send a goal", "Say where the car is"
 """The tools, as the panel names them."""
 _MOST_PARTICLES = 500
-"""That are sent: more would only cover each other."""
+"""Maximum particles sent; more would only hide each other."""
 
 
 class WatchScreen(Screen):
-    """The latest of a node, and where clicks go. What a node calls may be called by any thread."""
+    """The latest state of a node, and where clicks go. A node may call its methods from any thread."""
 
     def __init__(self, page: Page, *, tells_places: bool) -> None:
-        """``tells_places``: whether clicks may say where the car is."""
+        """``tells_places`` sets whether clicks may set the car's pose."""
         self._page = page
         self._send_goal: Callable[[Pose], str] | None = None
         self._send_place: Callable[[Pointed], str] | None = None
@@ -56,14 +56,14 @@ class WatchScreen(Screen):
 
     @property
     def tool(self) -> Tool:
-        """The chosen one."""
+        """The selected tool."""
         return self.tools.tool
 
     def connect(
         self, send_goal: Callable[[Pose], str], send_place: Callable[[Pointed], str] | None = None
     ) -> None:
-        """What is clicked goes there from now on: goals ``map_from_goal`` (3,), and places where the car is.
-        Each says in a sentence to whom; raises UserError where that is in vain."""
+        """Send clicks to these functions from now on: goals ``map_from_goal`` (3,), and places of the car.
+        Each returns a sentence that names the receiver; raises UserError when there is none."""
 
         def connect() -> None:
             self._send_goal, self._send_place = send_goal, send_place
@@ -71,7 +71,7 @@ class WatchScreen(Screen):
         self._page.request(connect)
 
     def tell(self, words: str) -> None:
-        """How the node is, from now on, in Markdown."""
+        """Show the state of the node, in Markdown."""
 
         def tell() -> None:
             self._state.content = words
@@ -79,7 +79,7 @@ class WatchScreen(Screen):
         self._page.request(tell)
 
     def show_map(self, grid: OccupancyGrid) -> None:
-        """The map from now on."""
+        """Show a new map."""
         self._page.request(lambda: self.watched.take(grid))
 
     def show(
@@ -89,14 +89,14 @@ class WatchScreen(Screen):
         path: Pose,
         particles: Pose | None = None,
     ) -> None:
-        """The car (3,), its scan (N, 2), the path driven (M, 3), and particles (P, 3)."""
+        """Show the car (3,), its scan (N, 2), the path driven (M, 3), and particles (P, 3)."""
         if particles is not None:
             particles = particles[:: -(-len(particles) // _MOST_PARTICLES)]
         glimpse = Glimpse(map_from_base, scan_in_map, path.copy(), particles)
         self._page.request(lambda: self._take(glimpse))
 
     def draw(self) -> None:
-        """Draw the latest, and the goal as large as it is seen best."""
+        """Draw the latest state, and the goal at a clearly visible size."""
         self.watched.draw()
         if self._goal is not None:
             self._page.layers.segments("goal", self._goal.drawing(self._page.view.finger))
@@ -109,7 +109,7 @@ class WatchScreen(Screen):
             self._way.content = self._goal.follow(glimpse.map_from_base)
 
     def _tell_outcome(self, send: Callable[[Pointed], str], shown: Pointed) -> None:
-        """Send what was shown, and tell what became of it."""
+        """Send the indicated place or pose, and show the outcome."""
         try:
             if self.watched.grid is None:
                 raise UserError("There is no map yet to click on: wait until it is seen.")
@@ -121,7 +121,7 @@ class WatchScreen(Screen):
     def _set_goal(self, shown: Pointed) -> str:
         glimpse = self.watched.glimpse
         map_from_goal = goal_pose(shown, None if glimpse is None else glimpse.map_from_base)
-        assert self._send_goal is not None  # who shows a map is connected
+        assert self._send_goal is not None  # there is only a map once a node is connected
         words = self._send_goal(map_from_goal)
         self._goal, self._way.content = Goal(map_from_goal), ""
         return words
