@@ -1,1 +1,1 @@
-"""The commands, one a file; heavy imports happen inside them so that ``racecar --help`` is quick."""
+"""The commands, one per file. Heavy imports happen inside them so that ``racecar --help`` is quick."""

@@ -1,4 +1,4 @@
-"""``racecar check``: what is in a bag, and its problems."""
+"""``racecar check``: the contents of a bag, and its problems."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -36,7 +36,7 @@ def check(
     from racecar.pipelines.files.report import write_json
 
     with reading.parsed().open(bag, load_config(config).sensors) as reader:
-        from racecar.pipelines.runs.calibration_run import check_reader  # once the bag's faults are reported
+        from racecar.pipelines.runs.calibration_run import check_reader  # after the bag's faults are reported
 
         result = check_reader(reader, ending.context("racecar check"))
     if ending.json is not None:

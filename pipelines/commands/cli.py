@@ -36,7 +36,7 @@ from racecar.pipelines.runs.interrupts import end_like_ctrl_c
 
 _USER_ERROR = 2
 _UNREAD = 141
-"""What a shell reports of a program that wrote to nobody."""
+"""The code that a shell reports for a program whose output is no longer read."""
 
 app = typer.Typer(pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]})
 
@@ -70,7 +70,7 @@ app.add_typer(live, name="live")
 
 
 def commands_of(group: typer.Typer, title: str) -> Iterator[tuple[str, CommandInfo]]:
-    """All commands, by what is typed to run them."""
+    """Yield every command with the words that run it."""
     for command in group.registered_commands:
         assert command.callback is not None
         yield f"{title} {command.name or command.callback.__name__}", command
@@ -80,13 +80,13 @@ def commands_of(group: typer.Typer, title: str) -> Iterator[tuple[str, CommandIn
 
 
 def _unwrap_help(command: CommandInfo) -> None:
-    """Lines of help are as long as the terminal is wide, not as those of the source."""
+    """Let help wrap at the terminal's width instead of at the line breaks of the source."""
     text = command.help or getdoc(command.callback) or ""
     command.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
 
 
 def complete(group: typer.Typer, title: str) -> None:
-    """Give all commands what they have in common: helps that wrap, and a check of where they write."""
+    """Complete all commands with what they share: wrapped help, and a check of their outputs."""
     for name, command in commands_of(group, title):
         _unwrap_help(command)
         assert command.callback is not None
@@ -97,10 +97,10 @@ complete(app, "racecar")
 
 
 def main(group: typer.Typer = app, title: str = "racecar") -> None:
-    """Run a command and leave with its exit code: 0, 1 for a fault of ours, 2 for one of the user's."""
+    """Run a command and exit with its code: 0, 1 for a bug of ours, 2 for a mistake of the user."""
     prepare_terminal()
     end_like_ctrl_c()
-    # Our matrices are too small for threads of the linear algebra, which wait by turning in circles.
+    # Our matrices are too small for multithreaded linear algebra, whose threads wait in busy loops.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     code = run(sys.argv[1:], group, title)
     leave_terminal()
@@ -110,7 +110,7 @@ def main(group: typer.Typer = app, title: str = "racecar") -> None:
 def run(arguments: list[str], group: typer.Typer = app, title: str = "racecar") -> int:
     """Run a command of a group and return its exit code; errors become one sentence on stderr."""
     log = logging.getLogger("racecar")
-    level = log.level  # which --quiet changes
+    level = log.level  # changed by --quiet
     try:
         _refuse_empty(arguments)
         arguments = join_laser_pose(arguments) or ["--help"]
@@ -124,7 +124,7 @@ def run(arguments: list[str], group: typer.Typer = app, title: str = "racecar") 
         if _is_unread(error):
             return _UNREAD
         if isinstance(error, SystemExit) and isinstance(error.code, int):
-            return error.code  # typer leaves so when it has helped the shell to complete a command
+            return error.code  # typer exits this way after completing a command for the shell
         if os.environ.get("RACECAR_DEBUG") == "1":
             raise
         return _explain(error)
@@ -133,7 +133,7 @@ def run(arguments: list[str], group: typer.Typer = app, title: str = "racecar") 
 
 
 def _refuse_empty(arguments: list[str]) -> None:
-    """An empty path would be the current folder; it comes from a variable of the shell that is not set."""
+    """An empty path would mean the current folder; it usually comes from a shell variable that is not set."""
     before = "racecar"
     for argument in arguments:
         if argument == ROS_ARGUMENTS:
@@ -147,7 +147,7 @@ def _refuse_empty(arguments: list[str]) -> None:
 
 
 def _is_unread(error: BaseException) -> bool:
-    """Whether nobody reads the output any more, as behind ``| head``; rich then leaves by SystemExit."""
+    """Whether the output is no longer read, as in ``| head``; rich then exits by SystemExit."""
     return isinstance(error, BrokenPipeError) or isinstance(error.__context__, BrokenPipeError)
 
 
@@ -160,7 +160,7 @@ def _explain(error: BaseException) -> int:
 
 
 def _say(sentence: str) -> None:
-    with suppress(OSError):  # nobody hears it
+    with suppress(OSError):  # the output is no longer read
         print(one_line(sentence), file=sys.stderr)
 
 

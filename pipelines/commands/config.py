@@ -1,4 +1,4 @@
-"""``racecar config``: all settings as a file to edit, and whether a file of settings is right."""
+"""``racecar config``: print all settings as a file to edit, or check a file of settings."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""``racecar demo``: all stages, with no input needed."""
+"""``racecar demo``: all stages, without any input."""
 
 from pathlib import Path
 from typing import Annotated
@@ -36,7 +36,7 @@ def demo(
     from racecar.pipelines.files.outputs import output_folder, written_to
     from racecar.pipelines.runs.demo_run import run_demo
 
-    require("evo", "The demo")  # before minutes are spent
+    require("evo", "The demo")  # before minutes of work
     context = ending.context("racecar demo")
     report, tell = context.report, context.announce
     report.add("inputs", {"world": "building", "seed": seed})

@@ -1,4 +1,4 @@
-"""``racecar evaluate``: how good trajectories are."""
+"""``racecar evaluate``: the accuracy of trajectories."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -110,7 +110,7 @@ def evaluate(
 
 
 def _errors_table(errors: "TrajectoryErrors") -> "Table":
-    """Absolute and relative errors of a trajectory, one line each."""
+    """Absolute and relative errors of a trajectory, one per line."""
     from racecar.pipelines.commands.tables import figure_table
 
     figures, columns = errors.summary(), ("mean", "median", "rmse", "std", "max")
@@ -128,7 +128,7 @@ def _errors_table(errors: "TrajectoryErrors") -> "Table":
 
 
 def _comparison_table(evaluated: "Sequence[Evaluated]") -> "Table":
-    """Errors of several trajectories, a line for each."""
+    """Errors of several trajectories, one line each."""
     from racecar.pipelines.commands.tables import figure_table
 
     def row(each: "Evaluated") -> list[str]:
@@ -152,7 +152,7 @@ def _comparison_table(evaluated: "Sequence[Evaluated]") -> "Table":
 
 
 def _relations_table(errors: "RelationErrors") -> "Table":
-    """Errors of the relative poses, as the SLAM benchmark states them."""
+    """Errors of the relative poses, in the form used by the SLAM benchmark."""
     from racecar.pipelines.commands.tables import figure_table
 
     figures, rows = errors.summary(), []

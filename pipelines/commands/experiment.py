@@ -87,8 +87,8 @@ _FLAGS: tuple[tuple[str, Any, Any, Uses | None], ...] = (
     ("json", JsonOption, None, None),
     ("quiet", QuietOption, False, None),
 )
-"""Each flag, how it is parsed and explained, its default, and which uses of an experiment bring it along
-(None: it is always there), in the order of the help."""
+"""Name, parser with help, default, and the uses of an experiment that require the flag (None: always there),
+in the order of the help."""
 
 experiment = typer.Typer(help="Measure the particle filter, as tables and figures for a report.")
 
@@ -105,7 +105,7 @@ def _describe() -> None:
 def add_command(
     app: typer.Typer, name: str, uses: Uses, help: str, example: str, entries: Sequence[ExperimentEntry]
 ) -> None:
-    """Add a command to an app that runs some experiments, with the flags for what they use."""
+    """Add a command that runs some experiments to an app, with the flags that they use."""
     given = {flag: default for flag, _, default, _ in _FLAGS if default is not _REQUIRED}
 
     def command(**flags: Any) -> None:
@@ -134,7 +134,7 @@ add_command(
 
 
 def _run(name: str, entries: Sequence[ExperimentEntry], flags: Mapping[str, Any]) -> None:
-    """Run experiments; those of ``all`` are put on a page too."""
+    """Run experiments; those of ``all`` are also shown on a page."""
     from rich.box import MARKDOWN
     from rich.console import Console
 
@@ -183,7 +183,7 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: Mapping[str, Any]
 
 
 def _recording(flags: Mapping[str, Any], config: "Config") -> "Recording | None":
-    """What was given. Raises UserError at once, rather than after minutes, for any fault of it."""
+    """The given recording. Raises UserError for its faults at once, rather than after minutes."""
     from racecar.maps.errors import UserError
     from racecar.pipelines.experiments.recording import bag_recording
 

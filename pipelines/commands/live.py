@@ -52,7 +52,7 @@ def _describe() -> None:
 def _page(
     is_wanted: bool, title: str, port: int | None, *, tells_places: bool
 ) -> "Iterator[WatchScreen | None]":
-    """The page in the browser, if it is wanted; ``tells_places``: whether clicks may say where the car is."""
+    """The page in the browser, if wanted; ``tells_places`` sets whether clicks may set the car's pose."""
     if not is_wanted:
         yield None
         return
@@ -189,7 +189,7 @@ def map(
     run = {"live": True, "settings": settings.mapping.model_dump(), "sensors": settings.sensors.model_dump()}
     output = MapOutput(out, settings, run)
     with output_folder(out):
-        pass  # so that no drive is in vain
+        pass  # so that no drive is lost
     keep_memory_together()
     log = DriveLog(out)
     if not anew:
@@ -203,7 +203,7 @@ def map(
         warm_up()
         drive.start()
         try:
-            with suppress(KeyboardInterrupt):  # one that comes at once after the first means the same
+            with suppress(KeyboardInterrupt):  # a second one right after the first means the same
                 spin(node, drive.survive, stop)
         finally:
             drive.stop()

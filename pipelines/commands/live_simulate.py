@@ -1,4 +1,4 @@
-"""``racecar live simulate``: a car that drives in a simulated world, for nodes that run now."""
+"""``racecar live simulate``: a car that drives in a simulated world, for running nodes."""
 
 import signal
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 
 _NEAR = 0.5
-"""Metres from where the car is to start to where it can drive."""
+"""Maximum metres from the requested start to a place where the car can drive."""
 
 
 @takes_settings(CAR_FLAGS)
@@ -81,9 +81,9 @@ def simulate(
 
 
 def _put_at_start(simulation: "DrivenSimulation", start: tuple[float, float, float]) -> None:
-    """Move the car from the place nearby where the simulation has found room to the very start.
+    """Move the car to the exact start from the free place that the simulation found nearby.
 
-    Raises UserError where the car cannot stand there.
+    Raises UserError when the car cannot stand there.
     """
     import math
 

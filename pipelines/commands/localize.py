@@ -1,4 +1,4 @@
-"""``racecar localize``: a bag and a map become the car's poses."""
+"""``racecar localize``: localize the car of a bag on a map."""
 
 from collections.abc import Collection
 from typing import TYPE_CHECKING, Annotated
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from racecar.pipelines.files.run_report import RunReport
 
 _WORTH_MENDING = 0.02
-"""Share of the distance by which the odometry is wrong."""
+"""Relative error of the odometry's distance above which the summary mentions it."""
 
 
 def _names(flags: Flags) -> Collection[str]:
-    """Of what is written into --out."""
+    """Names of the files written into --out."""
     return ("trajectory.tum", "overlay.png", "report.json", *(["record"] if flags["record"] else []))
 
 
@@ -88,7 +88,7 @@ def localize(
 
 
 def summary(report: "RunReport", *, is_localized: bool) -> list[str]:
-    """How well the scans fit the map, how fast it went, and what is wrong with the odometry, in sentences."""
+    """The fit of the scans to the map, the speed, and faults of the odometry, in sentences."""
     counts, accuracy, update = report.counts, report.accuracy, report.update_ms
     sentences = [
         f"{counts.scans} scans over {counts.path_metres or 0.0:.1f} m of path.",
@@ -101,7 +101,7 @@ def summary(report: "RunReport", *, is_localized: bool) -> list[str]:
             f"A scan took {update.mean:.1f} ms, 99% of them under {update.percentile_99:.1f} ms."
         )
     fault = report.odometry_faults.distance
-    if abs(fault) > _WORTH_MENDING and is_localized:  # a car that is lost learns nothing true
+    if abs(fault) > _WORTH_MENDING and is_localized:  # a lost car would learn errors
         sentences.append(
             f"Odometry reports distances {abs(fault):.0%} too {'short' if fault > 0.0 else 'long'}; the "
             "localizer corrects that. To remedy it, change the gain from motor to speed."

@@ -1,4 +1,4 @@
-"""``racecar map``: a bag becomes a map."""
+"""``racecar map``: make a map from a bag."""
 
 from collections.abc import Collection
 from pathlib import Path
@@ -68,7 +68,7 @@ JobsOption = Annotated[
 
 
 def _names(flags: Flags) -> Collection[str]:
-    """Of what is written into --out."""
+    """Names of the files written into --out."""
     from racecar.pipelines.runs.batch.batch_run import FIGURES, PAGE
 
     return map_files(flags) if flags["batch"] is None else (PAGE, FIGURES)

@@ -1,4 +1,4 @@
-"""What ``racecar map --batch`` does, and what it shows of it."""
+"""The work of ``racecar map --batch``, and its output."""
 
 import sys
 from collections.abc import Sequence
@@ -36,10 +36,10 @@ _COLORS = {
 def map_many(
     pattern: MappingJob, listed: Path, parallel: ParallelRuns, *, strict: bool, json: Path | None
 ) -> None:
-    """Do with each bag that is ``listed`` what the pattern says of one, in a folder of its own in the
+    """Do the job of the ``pattern`` with each bag that is ``listed``, each in its own folder inside the
     pattern's."""
     out = pattern.out
-    with output_folder(out):  # a place that cannot be written to is reported now, not after hours
+    with output_folder(out):  # a folder that cannot be written to is reported now, not after hours
         jobs = _jobs(pattern, find_bags(listed, out))
     report = _report(pattern, listed)
     batch = Batch(jobs, out, report, _made_by(pattern, listed))
@@ -62,7 +62,7 @@ def map_many(
 
 
 def _jobs(pattern: MappingJob, bags: Sequence[Path]) -> list[MappingJob]:
-    """Paths are absolute, as a cluster's workers have working directories of their own."""
+    """Paths are absolute, since a cluster's workers have other working directories."""
     folders = run_folders(bags, pattern.out.absolute(), reserved=(PAGE, FIGURES))
     return [replace(pattern, bag=bag, out=folder) for bag, folder in zip(bags, folders, strict=True)]
 
@@ -94,7 +94,7 @@ def _print_batch(rows: Sequence[BatchRow], out: Path, json: Path | None) -> None
 
 
 def _batch_table(rows: Sequence[BatchRow]) -> Table:
-    """A line for each bag, with what fits on a terminal; the page has more."""
+    """One line per bag, with what fits on a terminal; the page has more."""
     table = Table(box=box.SIMPLE, pad_edge=False)
     table.add_column("bag", overflow="fold", min_width=12)
     table.add_column("verdict", no_wrap=True)
@@ -112,7 +112,7 @@ def _batch_table(rows: Sequence[BatchRow]) -> Table:
 
 
 def _row_line(row: BatchRow, number: int, total: int) -> str:
-    """What is announced when a bag is done."""
+    """The announcement when a bag is done."""
     what = f"{number}/{total} {row.name}: {row.outcome.value}"
     if not row.outcome.has_map:
         return f"{what}. {row.reason}"
@@ -121,7 +121,7 @@ def _row_line(row: BatchRow, number: int, total: int) -> str:
 
 
 def _leave(rows: Sequence[BatchRow], out: Path, strict: bool) -> None:
-    """With the exit code. Raises UserError when there is not one map."""
+    """Exit with the right code. Raises UserError when there is not a single map."""
     outcomes = {row.outcome for row in rows}
     if not any(outcome.has_map for outcome in outcomes):
         raise UserError(f"No bag became a map; {out / PAGE} gives the reason of each.")

@@ -1,4 +1,4 @@
-"""``racecar merge``: the maps of several drives become one."""
+"""``racecar merge``: merge the maps of several drives."""
 
 from pathlib import Path
 from typing import Annotated

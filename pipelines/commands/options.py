@@ -1,6 +1,6 @@
-"""The flags that several commands share, so that each is spelt, explained and parsed the same everywhere.
+"""Flags shared by several commands, so that each is spelled, explained and parsed the same everywhere.
 
-Flags that always come together are a group: a dataclass, of which a command has one parameter.
+Flags that always appear together form a group: a dataclass, for which a command has one parameter.
 """
 
 import inspect
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _LASER_POSE, _MOST_NUMBERS = "--laser-pose", 4
 _FARTHEST = 1000.0
-"""Metres and radians, beyond which a place is a slip of the keyboard."""
+"""Metres and radians; larger coordinates are typing errors."""
 
 
 def _print_errors_only(quiet: bool) -> bool:
@@ -71,8 +71,8 @@ OdomTopicOption = Annotated[
 
 
 def join_laser_pose(arguments: Sequence[str]) -> list[str]:
-    """The arguments with the three or four numbers behind --laser-pose in one: typer knows no option whose
-    last number may be left out."""
+    """Join the three or four numbers after --laser-pose in one argument: typer has no option whose last
+    number is optional."""
     joined: list[str] = []
     for argument in arguments:
         is_room = joined[-2:-1] == [_LASER_POSE] and len(joined[-1].split()) < _MOST_NUMBERS
@@ -84,7 +84,7 @@ def join_laser_pose(arguments: Sequence[str]) -> list[str]:
 
 
 def numbers_in(text: str) -> list[float] | None:
-    """With blanks or commas between them, as in '3.2 -0.5' or '3.2,-0.5'; None where it is something else."""
+    """Numbers separated by blanks or commas, as in '3.2 -0.5' or '3.2,-0.5'; None for any other text."""
     try:
         return [float(number) for number in text.replace(",", " ").split()]
     except ValueError:
@@ -92,7 +92,7 @@ def numbers_in(text: str) -> list[float] | None:
 
 
 def parse_laser_pose(text: str) -> tuple[float, ...]:
-    """x, y, yaw and perhaps roll. Raises UserError."""
+    """x, y, yaw and optionally roll. Raises UserError."""
     from racecar.maps.errors import UserError
     from racecar.pipelines.bags.car_frames import slip_in
 
@@ -143,7 +143,7 @@ QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.",
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingFlags:
-    """How a bag is read."""
+    """How to read a bag."""
 
     scan_topic: ScanTopicOption = None
     odom_topic: OdomTopicOption = None
@@ -170,7 +170,7 @@ class ReadingFlags:
     ] = None
 
     def parsed(self) -> "BagReading":
-        """The same as runs take it. Raises UserError when the laser's pose is none."""
+        """The parsed values, as runs expect them. Raises UserError when the laser's pose is invalid."""
         from racecar.pipelines.runs.bag_reading import BagReading
 
         return BagReading(
@@ -186,7 +186,7 @@ class ReadingFlags:
 
 
 def ungrouped(command: Callable[..., Any]) -> Callable[..., Any]:
-    """A command with the flags of its groups in the place of each group, as typer takes it."""
+    """Replace each group parameter of a command by the flags of the group, as typer expects."""
     signature = inspect.signature(command)
     groups: dict[str, Any] = {
         name: each.annotation for name, each in signature.parameters.items() if is_dataclass(each.annotation)

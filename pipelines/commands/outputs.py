@@ -1,7 +1,7 @@
-"""Which parameters of a command name a place to write to; before the command begins, each is checked.
+"""Mark the parameters of a command that name outputs, and check these before the command begins.
 
 A parameter is marked in its annotation, as in ``Annotated[Path, typer.Option("--json"), WritesFile()]``.
-Every other path is read. A command that writes has the flag --force, too.
+Every other path is an input. A command with outputs also has the flag --force.
 """
 
 import inspect
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from racecar.pipelines.runs.output_places import OutputPlace
 
 Flags: TypeAlias = Mapping[str, Any]
-"""The values of a command's parameters, by their names."""
+"""The values of a command's parameters by name."""
 
 ForceOption = Annotated[
     bool,
@@ -35,10 +35,10 @@ class WritesFile:
     """The parameter names a file to write."""
 
     suffix: str = ""
-    """That its name must have."""
+    """Required suffix of the name."""
 
     def place(self, path: Path, flags: Flags, command: str) -> "OutputPlace":
-        """What is checked."""
+        """The output place to check."""
         from racecar.pipelines.runs.output_places import OutputFile
 
         return OutputFile(path, command, self.suffix)
@@ -49,13 +49,12 @@ class WritesFolder:
     """The parameter names a folder to write into."""
 
     names: Callable[[Flags], Collection[str]]
-    """Of the files and folders that the command writes there."""
+    """Names of the files and folders that the command writes there."""
     remakes: str | None = None
-    """The parameter whose folder may be this one, too, and is where none is named: the command makes the same
-    results anew."""
+    """The parameter whose folder may be the same, and is the default: the command replaces its results."""
 
     def place(self, path: Path, flags: Flags, command: str) -> "OutputPlace":
-        """What is checked."""
+        """The output place to check."""
         from racecar.pipelines.runs.output_places import OutputFolder
 
         remade = flags[self.remakes] if self.remakes else None
@@ -67,7 +66,7 @@ class WritesBag:
     """The parameter names a bag to write."""
 
     def place(self, path: Path, flags: Flags, command: str) -> "OutputPlace":
-        """What is checked, with the true path that is written beside."""
+        """The output place to check, with the true path that is written beside it."""
         from racecar.pipelines.runs.output_places import OutputBag
         from racecar.pipelines.simulation.simulator import ground_truth_file
 
@@ -78,7 +77,7 @@ Writes: TypeAlias = WritesFile | WritesFolder | WritesBag
 
 
 def written_parameters(command: Callable[..., Any]) -> dict[str, Writes]:
-    """The parameters of a command that name places to write to."""
+    """The parameters of a command that name outputs."""
     return {
         name: mark
         for name, parameter in inspect.signature(command).parameters.items()
@@ -88,9 +87,9 @@ def written_parameters(command: Callable[..., Any]) -> dict[str, Writes]:
 
 
 def checked(command: Callable[..., Any], title: str) -> Callable[..., Any]:
-    """A command, called ``title``, that begins by checking where it writes, if it writes anything.
+    """Wrap a command, called ``title``, so that it checks its outputs first, if it has any.
 
-    It raises UserError then, before any work is done.
+    The check raises UserError before any work is done.
     """
     written = written_parameters(command)
     if not written:

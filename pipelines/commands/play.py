@@ -1,4 +1,4 @@
-"""``racecar play``: a bag as if the car drove now."""
+"""``racecar play``: publish a bag as if the car drove now."""
 
 from typing import Annotated
 

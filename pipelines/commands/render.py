@@ -1,4 +1,4 @@
-"""``racecar render``: the map of a run is drawn again, as it is wanted."""
+"""``racecar render``: draw the map of a run again with other settings."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""The flags that say how a map is drawn, over the settings of a configuration, and which files it becomes."""
+"""Flags for how to draw a map, overriding the settings of a configuration, and for its optional files."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 RunArgument = Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `racecar map` has written.")]
 
 _REQUESTED = {"ply": "points.ply", "png": "map_image.png", "svg": "walls.svg", "dxf": "walls.dxf"}
-"""The files that flags ask for."""
+"""The optional files by flag."""
 _FLAGS = {
     "left_out": "--leave-out",
     "occupied_threshold": "--occupied",
     "free_threshold": "--free",
     "rendering": "--free or --occupied",
 }
-"""Those that are not called as the setting."""
+"""Flags whose name differs from the setting."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,8 +45,8 @@ class FileFlags:
 
     @property
     def requested(self) -> tuple[str, ...]:
-        """The names of the files. Raises UserError when something that they need is not installed, before any
-        work is done."""
+        """Names of the files. Raises UserError when a package they need is not installed, before any work is
+        done."""
         names = tuple(name for flag, name in _REQUESTED.items() if getattr(self, flag))
         if names:
             from racecar.pipelines.runs.map_outputs import outputs_with
@@ -57,7 +57,7 @@ class FileFlags:
 
 @dataclass(frozen=True, kw_only=True)
 class DrawingFlags:
-    """How a map is drawn."""
+    """How to draw a map."""
 
     resolution: Annotated[
         float | None,
@@ -115,7 +115,7 @@ class DrawingFlags:
     ] = None
 
     def over(self, settings: "MappingConfig") -> "MappingConfig":
-        """The settings with what flags give in place of theirs. Raises UserError that names the flag."""
+        """The settings, overridden by the flags. Raises UserError that names the flag."""
         from pydantic import ValidationError
 
         from racecar.maps.errors import UserError
@@ -145,7 +145,7 @@ class DrawingFlags:
 
 
 def map_files(flags: Flags) -> Collection[str]:
-    """The names of what a command that makes a map writes into its folder."""
+    """Names of the files that a command writes into its folder with a map."""
     from racecar.pipelines.runs.map_outputs import MAP_FILES
     from racecar.pipelines.runs.view.recorder import RECORD_FOLDER
 
@@ -154,7 +154,7 @@ def map_files(flags: Flags) -> Collection[str]:
 
 
 def _numbers_or_word(text: str | None) -> list[float] | str | None:
-    """The text where it holds something else."""
+    """The numbers, or the text if it holds anything else."""
     return None if text is None else numbers_in(text) or text
 
 

@@ -1,4 +1,4 @@
-"""How a command ends: its figures, what it says of them and of its files, and its exit code."""
+"""How a command ends: its figures, a summary of them and of its files, and its exit code."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -15,22 +15,22 @@ if TYPE_CHECKING:
     from racecar.pipelines.runs.run_context import RunContext
 
 NOT_GOOD_ENOUGH = 3
-"""Exit code with --strict: the command did its work, and what came of it is not to be used."""
+"""Exit code with --strict: the command did its work, but the result is not usable."""
 INTERRUPTED = 130
-"""Exit code as of a program that Ctrl-C ended: 128 and the number of the signal."""
+"""Exit code of a program ended by Ctrl-C: 128 plus the number of the signal."""
 _MOST_NAMES = 12
-"""Above these, files are counted by kind, so that they fit on a line or two."""
+"""With more files than this, they are counted by kind, to fit on a line or two."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class EndFlags:
-    """Where the figures of a run go, and whether it tells what it did."""
+    """Where a run's figures go, and whether the command reports its work."""
 
     json: JsonOption = None
     quiet: QuietOption = False
 
     def context(self, command: str, **more: Any) -> "RunContext":
-        """What accompanies the run of a command."""
+        """The context for the run of a command."""
         from racecar.pipelines.files.report import Report
         from racecar.pipelines.runs.run_context import RunContext
 
@@ -39,8 +39,8 @@ class EndFlags:
     def end(
         self, report: "Report", sentences: Sequence[str], folder: Path, first: str, verdict: str = ""
     ) -> None:
-        """Write the figures, and say what was done, the report's warnings, where the files are, of which one
-        is to be opened ``first``, and what they are worth."""
+        """Write the figures, and print what was done, the report's warnings, the location of the files, which
+        to open ``first``, and the verdict."""
         if self.json is not None:
             report.write(self.json)
         if self.quiet:
@@ -67,7 +67,7 @@ def where_to_look(folder: Path, first: str, figures: Path | None = None) -> str:
     of --json."""
     written = written_to(folder)
     others = [name for name in written if name != first]
-    if written and first not in written:  # for want of a package
+    if written and first not in written:  # if a package is missing
         where = f"Written to {folder}: {_listed(others)}."
     else:
         where = f"Look at {folder / first}" + (f"; also in {folder}: {_listed(others)}." if others else ".")

@@ -1,4 +1,4 @@
-"""``racecar simulate``: a car drives a map and records a bag."""
+"""``racecar simulate``: drive a car on a map and record a bag."""
 
 from pathlib import Path
 from typing import Annotated, Any

@@ -1,4 +1,4 @@
-"""The flags that say how a simulated car drives, made of the settings of the simulation."""
+"""Flags for how a simulated car drives, made from the settings of the simulation."""
 
 from collections.abc import Callable, Sequence
 from inspect import Parameter, signature
@@ -19,18 +19,18 @@ PlanOption = Annotated[
     ),
 ]
 CAR_FLAGS = ("noise", "max_speed", "walkers", "slip", "laser", "seed")
-"""Of any simulated car."""
+"""Flags of every simulated car."""
 DRIVE_FLAGS = (
     *(*CAR_FLAGS, "duration", "tilt", "hills", "kerbs", "posts", "carried", "carrier", "follower"),
     *("steering", "scan_every", "scan_gaps", "imu_rate"),
 )
-"""Of a drive that is recorded."""
+"""Flags of a recorded drive."""
 _SPELT = {"max_speed": "speed", "scan_every": "every", "imu_rate": "imu"}
-"""Where a flag is not called as the setting is."""
+"""Flags whose name differs from the setting."""
 
 
 def takes_settings(names: Sequence[str]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """A command that takes settings of the simulation by these names, as its last keyword arguments."""
+    """Decorate a command that takes these settings of the simulation as its last keyword arguments."""
 
     def decorated(command: Callable[..., Any]) -> Callable[..., Any]:
         own = [

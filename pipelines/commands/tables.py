@@ -8,11 +8,11 @@ from rich.console import Console, RenderableType
 from rich.table import Table
 
 _PAGE_WIDTH = 200
-"""Characters of a line where tables go to a file or a pipe, so that none of their cells is broken."""
+"""Characters per line when tables go to a file or a pipe, so that no cell is wrapped."""
 
 
 def figure_table(columns: Sequence[str], rows: Iterable[Sequence[str]], **looks: Any) -> Table:
-    """Words on the left, and figures on the right of the other columns."""
+    """A table with words on the left, and right-aligned figures in the other columns."""
     table = Table(**{"caption_justify": "left", "title_justify": "left", **looks})
     table.add_column(columns[0], overflow="fold")
     for column in columns[1:]:
@@ -23,12 +23,12 @@ def figure_table(columns: Sequence[str], rows: Iterable[Sequence[str]], **looks:
 
 
 def page(*, quiet: bool = False) -> Console:
-    """Where tables are printed."""
+    """The console on which tables are printed."""
     return Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
 
 
 def print_tables(*tables: RenderableType, title: str = "") -> None:
-    """Tables under a title on a line of its own: one above its columns would break the path in it."""
+    """Print tables below a title on its own line, since a title of a table would wrap a path in it."""
     console = page()
     if title:
         console.print(title, style="italic", soft_wrap=True, markup=False)

@@ -1,4 +1,4 @@
-"""What is printed reaches any terminal, and nothing is printed that is not ours."""
+"""Print in a form that every terminal supports, and suppress output that is not ours."""
 
 import codecs
 import logging
@@ -22,13 +22,13 @@ _IN_ASCII = {
     "µ": "u",
     "²": "2",
 }
-"""For terminals that do not know them."""
+"""For terminals that do not support them."""
 
 
 def prepare_terminal() -> None:
     """Call this once, before anything is printed."""
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:  # closed by whoever started us
+        if getattr(sys, name) is None:  # closed by the parent process
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115, PTH123 (open to the end)
     codecs.register_error("racecar", _in_ascii)
     for stream in (sys.stdout, sys.stderr):
@@ -37,12 +37,12 @@ def prepare_terminal() -> None:
     logging.basicConfig(format=LOG_FORMAT, level=logging.ERROR)
     logging.getLogger("racecar").setLevel(logging.WARNING)
     if not sys.warnoptions and os.environ.get("RACECAR_DEBUG") != "1":
-        warnings.simplefilter("ignore")  # what a user should know is said in words
+        warnings.simplefilter("ignore")  # the user is informed in plain words instead
 
 
 def leave_terminal() -> None:
-    """Call this last: what could not be printed, because nobody reads it or the disk is full, is not tried
-    again by Python when it ends."""
+    """Call this last, so that Python does not retry output that failed, because nobody reads it or the disk
+    is full, when it exits."""
     try:
         sys.stdout.flush()
     except OSError:
@@ -52,7 +52,7 @@ def leave_terminal() -> None:
 
 
 def teller(*, quiet: bool, on_stderr: bool = False) -> Callable[[str], None]:
-    """Says at once what is being done, unless a command is to be quiet."""
+    """Announces each step at once, unless a command is quiet."""
 
     def tell(sentence: str) -> None:
         if not quiet:
@@ -62,7 +62,7 @@ def teller(*, quiet: bool, on_stderr: bool = False) -> Callable[[str], None]:
 
 
 def one_line(sentence: str) -> str:
-    """A sentence without what would break the line or move a terminal's cursor, as in a file's name."""
+    """Remove what would break the line or move a terminal's cursor, such as in a file's name."""
     words = " ".join(sentence.splitlines())
     return "".join(letter if letter.isprintable() else "?" for letter in words)
 

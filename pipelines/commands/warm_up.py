@@ -1,4 +1,4 @@
-"""Compiles the numba kernels, so that the first real run starts at once.
+"""Compile the numba kernels, so that the first real run starts at once.
 
 ``python -m racecar.pipelines.commands.warm_up``
 """
@@ -24,7 +24,7 @@ def warm_up() -> None:
             mapping_seconds=14.0,  # more than a round, so that loops are closed
             localization_seconds=1.0,
         )
-    warm_up_localizer(LocalizationConfig())  # a search of the map, too, as live nodes begin with
+    warm_up_localizer(LocalizationConfig())  # includes a search of the map, with which live nodes begin
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ REPOSITORY = Path(__file__).parents[2]
 ROOMS = ("maps", "sensors", "mapping", "localization", "pipelines", "benchmarks")
 ROOMS_IN_PLAIN_ENGLISH = (
     *("maps", "sensors", "mapping", "localization", "benchmarks"),
-    *("pipelines/bags", "pipelines/experiments", "pipelines/files"),
+    *("pipelines/bags", "pipelines/commands", "pipelines/experiments", "pipelines/files"),
     *("pipelines/live", "pipelines/runs", "pipelines/simulation", "pipelines/studio"),
 )
 PHRASES = (
