@@ -10,11 +10,6 @@ from typing import NamedTuple
 
 REPOSITORY = Path(__file__).parents[2]
 ROOMS = ("maps", "sensors", "mapping", "localization", "pipelines", "benchmarks")
-ROOMS_IN_PLAIN_ENGLISH = (
-    *("maps", "sensors", "mapping", "localization", "benchmarks"),
-    *("pipelines/bags", "pipelines/commands", "pipelines/experiments", "pipelines/files"),
-    *("pipelines/live", "pipelines/runs", "pipelines/simulation", "pipelines/studio"),
-)
 PHRASES = (
     # reports, says, shows or is known: what is not a person tells nothing
     r"\b(nothing|nobody|scans|wheels|walls|motion|odometry) tells?\b",
@@ -149,8 +144,8 @@ def texts() -> Iterator[Text]:
 
 
 def remarks() -> Iterator[Text]:
-    """The docstrings and comments of the packages that are written in plain English."""
-    for room in ROOMS_IN_PLAIN_ENGLISH:
+    """The docstrings and comments of the code."""
+    for room in ROOMS:
         for path in sorted((REPOSITORY / room).rglob("*.py")):
             yield from _docstrings(path)
             yield from _comments(path)
