@@ -25,7 +25,7 @@ class SensorConfig(Settings):
     min_range: float | None = Field(
         default=None,
         gt=0.0,
-        le=1000.0,
+        lt=100.0,
         description="Metres; what is nearer is no reading, such as the robot's own body. null: as the scans "
         "state it (range_min), and 0.05 of point clouds.",
     )

@@ -179,11 +179,13 @@ _SCANS: Mapping[str, Sentences | Callable[..., Sentences]] = {
     ),
     "beams_without_reading": (
         "{share:.0%} of the beams hold no reading (NaN, zero or below range_min).",
-        "Clean the sensor's window, make sure that the car does not cover it, and look at range_min.",
+        "Clean the sensor's window, make sure that the car does not cover it, and look at range_min "
+        "and the setting sensors.min_range.",
     ),
     "nothing_seen": (
         "Not one beam met anything.",
-        "Make sure that nothing covers the laser, that it works, and that range_min and range_max are right.",
+        "Make sure that nothing covers the laser, that it works, and that range_min and range_max, or "
+        "the settings sensors.min_range and sensors.max_range, are right.",
     ),
     "angles_not_as_stated": _angles_not_as_stated,
     "beams_vary": (
