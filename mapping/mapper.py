@@ -191,8 +191,8 @@ class Mapper:
         if not self._state.keyframes.is_kept.any():
             raise UserError(
                 f"Not one beam of {len(self._state.drive)} scans met anything, so there is no map: make sure "
-                "that nothing covers the laser, that it works, and that range_min and range_max (or min_range and "
-                "max_range of the settings) are right."
+                "that nothing covers the laser, that it works, and that range_min and range_max (or "
+                "min_range and max_range of the settings) are right."
             )
         state, config = self._state, self._config
         with state.timed("optimization"):
