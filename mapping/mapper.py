@@ -198,12 +198,10 @@ class Mapper:
         with state.timed("optimization"):
             self._optimize_finally()
         session = state.session()
-        quality = self._judge(session)
         if earlier is not None:
             with state.timed("merging"):
                 session = merge(earlier, session)
                 session = forget_outdated(session)
-            quality = self._judge(session)
         report(0.3)
         map_from_laser = place_all_scans(state, session)
         report(0.8)
@@ -218,7 +216,7 @@ class Mapper:
         if drawn.drawn_from_map is not None:
             session = session.moved(drawn.drawn_from_map)
             map_from_laser = compose(drawn.drawn_from_map, map_from_laser)
-            quality = self._judge(session)  # its sentences contain map coordinates
+        quality = self._judge(session)  # last, since its sentences contain map coordinates
         report(1.0)
         return result_of(state, session, map_from_laser, drawn, quality)
 

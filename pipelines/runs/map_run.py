@@ -13,7 +13,7 @@ from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import between
+from racecar.maps.geometry.se2 import Pose, between
 from racecar.maps.grid.edits import edited
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import MOST_PIXELS
@@ -33,6 +33,10 @@ if TYPE_CHECKING:
 
 OPTIMIZING = "Optimizing"
 """Progress after the reading, when a request to stop no longer has an effect."""
+
+
+NO_TRAJECTORY = Trajectory(np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
+"""The trajectory of a map whose scan times are unknown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +152,11 @@ def finish_map(
         if sentence not in told:
             report.warn(sentence)
     return MapRun(result, report, title)
+
+
+def frame_figures(frame: Pose) -> dict[str, float]:
+    """A frame (3,) of a source, for the report."""
+    return dict(zip(("x_m", "y_m", "yaw_rad"), frame, strict=True))
 
 
 def protect_edits(out: Path, edits: MapEdits, source: Path | None, report: Report) -> None:

@@ -15,12 +15,11 @@ from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose, inverse
-from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.edits_file import edits_beside, edits_together
 from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.files.session_file import load_session
-from racecar.pipelines.runs.map_run import MapRun
+from racecar.pipelines.runs.map_run import NO_TRAJECTORY, MapRun, frame_figures
 from racecar.pipelines.runs.place_finding import found_on
 from racecar.pipelines.runs.run_context import RunContext
 
@@ -50,22 +49,18 @@ def merge_runs(folders: Sequence[Path], config: Config, context: RunContext, see
         report.warn(sentence)
     with report.stage("judging"):
         quality = judge(FinishedMap(session, views.seconds), mapping.quality)
-    names = ("x_m", "y_m", "yaw_rad")
     report.add("counts", {"keyframes": len(session.rays), "sessions": len(frames)})
     report.add(
         "result",
         {
             "map_metres": list(drawn.tiled.metres),
-            "frames_of_sources": {
-                str(folder): dict(zip(names, pose, strict=True)) for folder, pose in frames.items()
-            },
+            "frames_of_sources": {str(folder): frame_figures(pose) for folder, pose in frames.items()},
             "left_out": {str(folder): why for folder, why in left_out.items()},
         },
     )
     report.add("quality", quality.as_dict())
-    nowhere = Trajectory(np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
     return MapRun(
-        MappingResult(session, drawn.tiled, mapping.rendering, nowhere, quality),
+        MappingResult(session, drawn.tiled, mapping.rendering, NO_TRAJECTORY, quality),
         report,
         title=" + ".join(folder.absolute().name for folder in frames),
         edits=edits_together([edits_beside(folder).moved(frame) for folder, frame in frames.items()]),

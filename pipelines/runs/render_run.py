@@ -23,7 +23,7 @@ from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import REPORT_FILE, Quality, read_report
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
-from racecar.pipelines.runs.map_run import MapRun
+from racecar.pipelines.runs.map_run import NO_TRAJECTORY, MapRun, frame_figures
 from racecar.pipelines.runs.run_context import RunContext
 
 _CARRIED_OVER: dict[str, bool | set[str]] = {
@@ -77,7 +77,7 @@ def render_run(
     report.add(
         "inputs", {"rendered_from": source, "settings": config.model_dump(), "edits": len(edits.edits)}
     )
-    frame = dict(zip(("x_m", "y_m", "yaw_rad"), IDENTITY if move is None else move, strict=True))
+    frame = frame_figures(IDENTITY if move is None else move)
     report.add("result", {"map_metres": list(drawn.tiled.metres), "frame_of_source": frame})
     title = source.absolute().name
     quality = _known_quality(earlier.quality, title)
@@ -90,7 +90,7 @@ def render_run(
 def _times(folder: Path, session: Session, report: Report) -> tuple[Trajectory, NDArray[np.float64]]:
     """The trajectory in a folder, if it belongs to the session there, and the times (K,) of the keyframes in
     seconds since its start, NaN where they are unknown."""
-    unknown = Trajectory(np.zeros(0, dtype=np.int64), np.zeros((0, 3))), np.full(len(session.rays), np.nan)
+    unknown = NO_TRAJECTORY, np.full(len(session.rays), np.nan)
     path = folder / "trajectory.tum"
     if not path.is_file():
         report.warn(
