@@ -175,17 +175,23 @@ class Mapper:
         return compose(map_from_reference, inverse(self._state.reckoning.mounts.base_from_reference))
 
     def finish(
-        self, progress: Callable[[float], None] | None = None, earlier: EarlierMap | None = None
+        self,
+        progress: Callable[[float], None] | None = None,
+        earlier: EarlierMap | None = None,
+        name: str = "",
     ) -> MappingResult:
         """Optimize the keyframes, refine every scan and render the grid.
 
-        With an ``earlier`` map, this drive extends it, and the result is in its frame. Raises UserError
-        without any scan, and NotRecognizedError when the drive is not recognized on the earlier map.
+        The session remembers the recording by its ``name``. With an ``earlier`` map, this drive extends it,
+        and the result is in its frame. Raises UserError without any scan, and NotRecognizedError when the
+        drive is not recognized on the earlier map.
         """
         with self._lock:
-            return self._finish(progress or (lambda share: None), earlier)
+            return self._finish(progress or (lambda share: None), earlier, name)
 
-    def _finish(self, report: Callable[[float], None], earlier: EarlierMap | None) -> MappingResult:
+    def _finish(
+        self, report: Callable[[float], None], earlier: EarlierMap | None, name: str
+    ) -> MappingResult:
         if self.last_stamp is None:
             raise UserError("There was no usable scan, so there is no map: check the topic of the scans.")
         if not self._state.keyframes.is_kept.any():
@@ -197,7 +203,7 @@ class Mapper:
         state, config = self._state, self._config
         with state.timed("optimization"):
             self._optimize_finally()
-        session = state.session()
+        session = state.session(name)
         if earlier is not None:
             with state.timed("merging"):
                 session = merge(earlier, session)

@@ -94,15 +94,12 @@ def _jumps(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
 def _segment(
     map_: FinishedMap, why: str, run: tuple[int, int], contradicted_by: tuple[int, int] | None = None
 ) -> DoubtfulSegment:
-    seconds = map_.seconds[list(run)]
-    times = None if np.isnan(seconds).any() else (float(seconds[0]), float(seconds[1]))
-    return DoubtfulSegment(why, run, map_.poses[sum(run) // 2, :2].copy(), times, contradicted_by)
+    first, last = map_.seconds[list(run)].tolist()
+    return DoubtfulSegment(why, run, map_.poses[sum(run) // 2, :2].copy(), (first, last), contradicted_by)
 
 
 def _when(map_: FinishedMap, run: tuple[int, int]) -> str:
     first, last = map_.seconds[list(run)]
-    if np.isnan(first) or np.isnan(last):
-        return "of an earlier drive"
     return f"at {first:.0f} s" if last - first < 1.0 else f"at {first:.0f} to {last:.0f} s"
 
 

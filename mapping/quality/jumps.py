@@ -20,7 +20,7 @@ def jumps(map_: FinishedMap) -> NDArray[np.float64]:
     """(K - 1,) metres by which each step exceeds what the car can drive in that time, by its own speeds; 0
     where the time is unknown."""
     map_from_base = compose(map_.poses, map_.session.keyframe_from_base)
-    steps, seconds = np.hypot(*np.diff(map_from_base[:, :2], axis=0).T), np.diff(map_.seconds)
+    steps, seconds = np.hypot(*np.diff(map_from_base[:, :2], axis=0).T), map_.seconds_of_steps
     is_timed = seconds > 0.0
     if not is_timed.any():
         return np.zeros(len(steps))

@@ -26,8 +26,8 @@ class DoubtfulSegment:
     """First and last keyframe."""
     place: NDArray[np.float64]
     """(2,) metres in the map, at its middle."""
-    seconds: tuple[float, float] | None
-    """Seconds since the drive began; None in an earlier drive."""
+    seconds: tuple[float, float]
+    """Seconds since the begin of the recording."""
     contradicted_by: tuple[int, int] | None = None
     """First and last keyframe of another pass that disagrees."""
 
@@ -43,8 +43,8 @@ class DoubtfulSegment:
             "why": self.why,
             "x_m": float(self.place[0]),
             "y_m": float(self.place[1]),
-            "from_s": None if self.seconds is None else self.seconds[0],
-            "to_s": None if self.seconds is None else self.seconds[1],
+            "from_s": self.seconds[0],
+            "to_s": self.seconds[1],
             "keyframes": list(self.keyframes),
             "contradicted_by_keyframes": None if self.contradicted_by is None else list(self.contradicted_by),
         }

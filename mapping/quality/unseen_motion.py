@@ -21,15 +21,14 @@ def unseen_motion(map_: FinishedMap, edges: GraphEdges, are_bare: NDArray[np.boo
     """(K - 1,) metres that the car would have driven at its median speed, in excess of the map, in steps
     whose length walls do not show: scans ``are_bare`` (K,) at either end, and no loop closure spans it. If
     the car has wheels, the first step is assumed to be standing."""
-    steps, seconds = np.diff(map_.path), np.nan_to_num(np.diff(map_.seconds))
+    steps, seconds = np.diff(map_.path), map_.seconds_of_steps
     shows_speed = (steps > _LEAST_STEP) & (seconds > 0.0)
     if not shows_speed.any():
         return np.zeros(len(steps))
     speed = np.median(steps[shows_speed] / seconds[shows_speed])
     are_unobserved = (are_bare[1:] | are_bare[:-1]) & ~_closed_steps(edges, are_bare)
-    first = int(np.argmax(np.isfinite(map_.seconds[:-1])))
-    if (edges.ends[edges.are("odometry"), 1] == first + 1).any():
-        are_unobserved[first] = False
+    if (edges.ends[edges.are("odometry"), 1] == 1).any():
+        are_unobserved[0] = False
     metres: NDArray[np.float64] = np.where(are_unobserved, np.maximum(speed * seconds - steps, 0.0), 0.0)
     return metres
 

@@ -33,18 +33,18 @@ class Views:
     map_from_laser: Pose
     """(S, 3)"""
     seconds: NDArray[np.float64]
-    """(S,) seconds since the drive began; NaN where unknown, as in earlier drives."""
+    """(S,) seconds since the last recording began; NaN in earlier ones."""
     drives: NDArray[np.int32]
     """(S,) drive of each scan, in time order; later ones win."""
     keyframes: int
     """Number of keyframes among them."""
 
     @classmethod
-    def of(cls, session: Session, seconds: NDArray[np.float64] | None = None) -> "Views":
-        """Those of the keyframes of a session, with ``seconds`` (K,) if known."""
-        count = len(session.rays)
-        seconds = np.full(count, np.nan) if seconds is None else seconds
-        return cls(session.rays, session.map_from_keyframe, seconds, session.drives, count)
+    def of(cls, session: Session) -> "Views":
+        """Those of the keyframes of a session."""
+        times = session.times
+        seconds = np.where(times.are_of_last, times.seconds, np.nan)
+        return cls(session.rays, session.map_from_keyframe, seconds, times.drives, len(session.rays))
 
     def only(self, chosen: NDArray[np.bool_]) -> "Views":
         """The selected ones (S,)."""

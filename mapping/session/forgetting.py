@@ -41,7 +41,7 @@ def forget_outdated(session: Session) -> Session:
 
 def _drives_later(session: Session) -> NDArray[np.int64]:
     """(K,) number of later drives that passed each keyframe and saw something there."""
-    poses, drives = session.map_from_keyframe, session.drives.astype(np.int64)
+    poses, drives = session.map_from_keyframe, session.times.drives.astype(np.int64)
     pairs = cKDTree(poses[:, :2]).query_pairs(NEAR, output_type="ndarray")
     pairs = np.take_along_axis(pairs, np.argsort(drives[pairs], axis=1), axis=1)
     earlier, later = pairs.T

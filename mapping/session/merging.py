@@ -33,13 +33,13 @@ class EarlierMap:
     """Whether the start of the drive is known, so that similar places do not matter."""
 
 
-def merge(earlier: EarlierMap, later: Session) -> Session:
+def merge(earlier: EarlierMap, later: Session, *, is_newer: bool = True) -> Session:
     """Merge both sessions in the frame of the earlier one, whose keyframes come first.
 
     Loops between them are closed as within a drive. Raises NotRecognizedError when the later one is not
-    recognized on the earlier one.
+    recognized on the earlier one. Where the world changed, a map that ``is_newer`` replaces the earlier one.
     """
-    merged = _side_by_side(earlier.session, later)
+    merged = _side_by_side(earlier.session, later, is_newer=is_newer)
     first, known = len(earlier.session.keyframes), len(earlier.session.loops.submaps)
     closer = LoopCloser(merged.keyframes, merged.loops)
     poses, places = merged.map_from_keyframe, earlier.find_places(later)
@@ -48,7 +48,7 @@ def merge(earlier: EarlierMap, later: Session) -> Session:
     return _close_loops(merged, first, known, recognized, closer)
 
 
-def _side_by_side(earlier: Session, later: Session) -> Session:
+def _side_by_side(earlier: Session, later: Session, *, is_newer: bool) -> Session:
     """Both as one session without constraints between them, each in its own frame."""
     first = len(earlier.keyframes)
     keyframes = ScanStore(first + len(later.keyframes))
@@ -65,7 +65,7 @@ def _side_by_side(earlier: Session, later: Session) -> Session:
         np.concatenate([earlier.map_from_keyframe, later.map_from_keyframe]),
         ConstraintList([*earlier.constraints, *shifted]),
         earlier.loops.followed_by(later.loops),
-        np.concatenate([earlier.drives, earlier.drives.max() + 1 + later.drives]),
+        earlier.times.followed_by(later.times, is_newer=is_newer),
     )
 
 

@@ -1,13 +1,18 @@
 """A session: the data of earlier drives that a later one needs to extend their map.
 
-Its arrays; K keyframes, C constraints, S submaps, E edges, H hypotheses:
+Its arrays; K keyframes, R recordings, C constraints, S submaps, E edges,
+H hypotheses:
 
 ============================  ==================  ============================================================
 name                          shape, type         meaning
 ============================  ==================  ============================================================
 keyframe_from_base            (K, 3) float64      inverse of the laser's mount on the car: metres, radians
 map_from_keyframe             (K, 3) float64      poses of the laser in the map: metres, radians
-drives                        (K,) int32          drive of each keyframe, in time order
+times.stamps                  (K,) int64          nanoseconds: stamp of each keyframe's scan
+times.recordings              (K,) int32          number of each keyframe's recording
+times.names                   (R,) text           name of each recording
+times.spans                   (R, 2) int64        nanoseconds: stamps of its first and last scan
+times.drives                  (R,) int32          its rank in time
 scans.counts                  (K,) int16          number of points of each keyframe; 0 if trimmed
 scans.points                  (sum, 2) float32    metres in the laser frame, ascending in bearing
 scans.normals                 (sum, 2) float32    unit vectors towards the laser; (0, 0) for none
@@ -42,10 +47,15 @@ from numpy.typing import NDArray
 from racecar.mapping.graph.constraint import ConstraintList
 from racecar.mapping.grid.rendering import Rays, returns_of
 from racecar.mapping.loops.loop_history import LoopHistory
+from racecar.mapping.session.recordings import KeyframeTimes
 from racecar.mapping.session.session_layout import checked_session
 from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
+from racecar.maps.trajectory import Trajectory
 from racecar.sensors.arrays import Arrays, named, pack, part_of, unpack
 from racecar.sensors.matching.scan_store import ScanStore
+
+_SAME_PLACE = 1e-6
+"""Metres, because a trajectory's file resolves a nanometre."""
 
 
 @dataclass(eq=False)
@@ -61,8 +71,7 @@ class Session:
     """(K, 3)"""
     constraints: ConstraintList
     loops: LoopHistory
-    drives: NDArray[np.int32]
-    """(K,) drive of each keyframe, in time order."""
+    times: KeyframeTimes
 
     def frozen(self) -> "Session":
         """A snapshot for another thread to write; immutable parts are shared."""
@@ -73,7 +82,7 @@ class Session:
             self.map_from_keyframe.copy(),
             self.constraints.copy(),
             self.loops.frozen(),
-            self.drives,
+            self.times,
         )
 
     def moved(self, new_from_map: Pose) -> "Session":
@@ -89,13 +98,23 @@ class Session:
             self.map_from_keyframe[chosen],
             self.constraints.among(chosen),
             self.loops.only(chosen),
-            self.drives[chosen],
+            self.times.only(chosen),
         )
 
     @property
     def map_from_base(self) -> Pose:
         """(K, 3) poses of the car at the keyframes."""
         return compose(self.map_from_keyframe, self.keyframe_from_base)
+
+    def is_of(self, trajectory: Trajectory) -> bool:
+        """Whether a trajectory of base poses is that of the last recording, in this frame."""
+        own = self.times.are_of_last
+        scans = np.searchsorted(trajectory.stamps, self.times.stamps[own])
+        if not own.any() or scans[-1] >= len(trajectory):
+            return False
+        are_same = trajectory.stamps[scans] == self.times.stamps[own]
+        apart = trajectory.map_from_base[scans, :2] - self.map_from_base[own, :2]
+        return bool(are_same.all() and np.abs(apart).max() < _SAME_PLACE)
 
     @property
     def points(self) -> NDArray[np.float32]:
@@ -118,7 +137,7 @@ class Session:
         return {
             "keyframe_from_base": self.keyframe_from_base,
             "map_from_keyframe": self.map_from_keyframe,
-            "drives": self.drives,
+            **named("times", self.times.to_arrays()),
             **named("scans", self.keyframes.to_arrays()),
             **named("rays", {"ends": ends, "lengths": lengths, "returns": returns}),
             **named("constraints", self.constraints.to_arrays()),
@@ -138,10 +157,5 @@ class Session:
             arrays["map_from_keyframe"].astype(np.float64),
             ConstraintList.from_arrays(part_of("constraints", arrays)),
             LoopHistory.from_arrays(part_of("loops", arrays)),
-            arrays["drives"].astype(np.int32),
+            KeyframeTimes.from_arrays(part_of("times", arrays)),
         )
-
-
-def one_drive(keyframes: int) -> NDArray[np.int32]:
-    """(K,) drive numbers of keyframes that belong to a single drive."""
-    return np.zeros(keyframes, dtype=np.int32)

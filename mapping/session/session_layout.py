@@ -35,12 +35,16 @@ def _whole(low: float, high: float, *shape: str | int) -> _Numbers:
     return _Numbers(ArrayLayout("iu", shape), low, high)
 
 
-_INT32 = float(np.iinfo(np.int32).max)
+_INT32, _INT64 = float(np.iinfo(np.int32).max), float(np.iinfo(np.int64).max)
 
 _SESSION: dict[str, _Numbers] = {
     "keyframe_from_base": _places("K", 3),
     "map_from_keyframe": _places("K", 3),
-    "drives": _whole(0, _INT32, "K"),
+    "times.stamps": _whole(-_INT64, _INT64, "K"),
+    "times.recordings": _whole(0, _INT32, "K"),
+    "times.names": _Numbers(ArrayLayout("U", ("R",)), 0, 0),
+    "times.spans": _whole(-_INT64, _INT64, "R", 2),
+    "times.drives": _whole(0, _INT32, "R"),
     "scans.counts": _whole(0, np.iinfo(np.int16).max, "K"),
     "scans.points": _places("points", 2),
     "scans.normals": _Numbers(ArrayLayout("f", ("points", 2)), -_UNIT, _UNIT),
@@ -63,18 +67,13 @@ _SESSION: dict[str, _Numbers] = {
     "loops.hypothesis_reaches": _places("H"),
     "loops.hypothesis_accepted": _Numbers(ArrayLayout("b", ("H",)), 0, 1),
     "loops.log_names": _Numbers(ArrayLayout("U", ("L",)), 0, 0),
-    "loops.log_counts": _whole(0, float(np.iinfo(np.int64).max), "L"),
+    "loops.log_counts": _whole(0, _INT64, "L"),
 }
 """The arrays of a session by definition, as its module documents them."""
 
 
 def checked_session(arrays: Arrays) -> Arrays:
-    """Validate the arrays of a session; old ones without drive numbers count as a single drive.
-
-    Raises ValueError naming the invalid array.
-    """
-    count = len(np.atleast_1d(arrays.get("map_from_keyframe", np.empty(0))))
-    arrays = {"drives": np.zeros(count, dtype=np.int32), **arrays}
+    """Validate the arrays of a session. Raises ValueError naming the invalid array."""
     check_layout(arrays, {name: numbers.layout for name, numbers in _SESSION.items()})
     for name, numbers in _SESSION.items():
         if numbers.layout.kinds != "U":
@@ -89,6 +88,7 @@ def checked_session(arrays: Arrays) -> Arrays:
             raise ValueError(f"{lengths} do not add up to {packed}")
     first, middle, last = arrays["loops.submaps"].astype(np.int64).T
     are_in_order = {
+        "times.recordings": arrays["times.recordings"].astype(np.int64) < len(arrays["times.names"]),
         "rays.returns": arrays["rays.returns"].astype(np.int64) <= arrays["rays.lengths"].astype(np.int64),
         "constraints.keyframes": arrays["constraints.keyframes"].astype(np.int64) < keyframes,
         "loops.submaps": (first <= middle) & (middle <= last) & (last < keyframes),

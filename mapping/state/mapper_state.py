@@ -16,7 +16,8 @@ from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.keyframes.constraints import LOOKBACK
 from racecar.mapping.keyframes.drive import Drive
 from racecar.mapping.loops.loop_closure import LoopCloser
-from racecar.mapping.session.session import Session, one_drive
+from racecar.mapping.session.recordings import KeyframeTimes, Recording
+from racecar.mapping.session.session import Session
 from racecar.mapping.state.growth import Growth
 from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
 from racecar.sensors.matching.scan_store import ScanStore
@@ -180,8 +181,11 @@ class MapperState:
             len(self.keyframes), len(graph.submaps), int(constraints.are("loop_closure").sum()), metres
         )
 
-    def session(self) -> Session:
-        """The session so far, without scans between keyframes; it shares data and grows with the mapper."""
+    def session(self, name: str = "") -> Session:
+        """The session so far, without scans between keyframes, of a recording with this name; it shares data
+        and grows with the mapper."""
+        stamps = self.drive.stamps or [0]
+        recording = Recording(name, stamps[0], stamps[-1])
         return Session(
             self.keyframes,
             self.rays,
@@ -189,7 +193,7 @@ class MapperState:
             self.map_from_keyframe,
             self.graph.constraints,
             self.loops.history,
-            one_drive(len(self.keyframes)),
+            KeyframeTimes.of(recording, self.drive.keyframe_stamps),
         )
 
     @contextmanager

@@ -93,7 +93,6 @@ def finished_map_of(state: MapperState, session: Session) -> FinishedMap:
     """The map to judge, of a drive within the ``session`` of all drives."""
     return FinishedMap(
         session,
-        _seconds_of_keyframes(state, session),
         1.0 + state.reckoning.calibration.faults.distance,
         float(np.mean(state.refuted_steps)) if state.steps else 0.0,
     )
@@ -101,24 +100,17 @@ def finished_map_of(state: MapperState, session: Session) -> FinishedMap:
 
 def views_of(state: MapperState, session: Session, map_from_laser: Pose) -> Views:
     """Rays and poses of all keyframes, and of scans at (N, 3) whose rays are still held."""
+    of_keyframes = Views.of(session)
     held = list(state.held_rays)
     stamps = np.array(state.drive.stamps, dtype=np.int64)
     seconds_of_held = (stamps[held] - stamps[0]) * 1e-9
     return Views(
         rays=[*session.rays, *state.held_rays.values()],
         map_from_laser=np.concatenate([session.map_from_keyframe, map_from_laser[held]]),
-        seconds=np.concatenate([_seconds_of_keyframes(state, session), seconds_of_held]),
-        drives=np.append(session.drives, np.repeat(session.drives[-1:], len(held))),
+        seconds=np.concatenate([of_keyframes.seconds, seconds_of_held]),
+        drives=np.append(of_keyframes.drives, np.repeat(of_keyframes.drives[-1:], len(held))),
         keyframes=len(session.rays),
     )
-
-
-def _seconds_of_keyframes(state: MapperState, session: Session) -> NDArray[np.float64]:
-    """(K,) seconds since the drive began; NaN in earlier drives."""
-    since_begin = state.drive.keyframe_stamps - state.drive.stamps[0]
-    seconds = np.full(len(session.keyframes), np.nan)
-    seconds[len(seconds) - len(state.keyframes) :] = since_begin * 1e-9
-    return seconds
 
 
 def _counts(state: MapperState, session: Session) -> dict[str, int]:

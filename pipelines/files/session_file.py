@@ -18,7 +18,7 @@ from racecar.maps.whole_folders import finish_replacing
 from racecar.sensors.arrays import Arrays
 
 SESSION_FILE = "session.npz"
-VERSION = 2
+VERSION = 3
 _FORMAT = "racecar session"
 
 

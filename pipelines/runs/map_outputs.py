@@ -84,7 +84,7 @@ def _write_picture(run: "MapRun", folder: Path) -> None:
     keyframes = result.map_from_keyframe
     if not len(trajectory):
         trajectory = Trajectory(np.arange(len(keyframes)), keyframes)
-        starts = 1 + np.flatnonzero(np.diff(result.session.drives))
+        starts = 1 + np.flatnonzero(np.diff(result.session.times.numbers))
     figure = map_picture(
         thinned(as_written(result.tiled, **_pixels(result.rendering)), MOST_DRAWN_CELLS),
         trajectory,

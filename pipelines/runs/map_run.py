@@ -142,7 +142,7 @@ def finish_map(
     """
     report = context.report
     with report.stage("optimizing"), context.progress(OPTIMIZING) as advance_to:
-        result = mapper.finish(advance_to, earlier)
+        result = mapper.finish(advance_to, earlier, title)
     report.add("counts", result.counts)
     report.add("result", _described(result))
     report.add("mapping_seconds", result.seconds)

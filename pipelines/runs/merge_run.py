@@ -3,9 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.session.drawing import Views, draw_map
@@ -48,7 +45,7 @@ def merge_runs(folders: Sequence[Path], config: Config, context: RunContext, see
     for sentence in drawn.disregarded:
         report.warn(sentence)
     with report.stage("judging"):
-        quality = judge(FinishedMap(session, views.seconds), mapping.quality)
+        quality = judge(FinishedMap(session), mapping.quality)
     report.add("counts", {"keyframes": len(session.rays), "sessions": len(frames)})
     report.add(
         "result",
@@ -86,11 +83,10 @@ def _merged(
         for folder in list(waiting):
             earlier = merged
             try:
-                merged = merge(found_on(earlier, config, seed), sessions[folder])
+                merged = merge(found_on(earlier, config, seed), sessions[folder], is_newer=False)
             except NotRecognizedError as error:
                 left_out[folder] = _as_clause(str(error))
                 continue
-            merged.drives = _alongside(earlier.drives, sessions[folder].drives)
             left_out.pop(folder, None)
             waiting.remove(folder)
             first_keyframes[folder] = len(earlier.rays)
@@ -119,13 +115,6 @@ def _size(session: Session) -> tuple[float, bytes]:
     """Metres driven; ties are broken by their shape, so that the order is always the same."""
     path = session.loops.graph.path
     return (path[-1] if len(path) else 0.0), session.map_from_keyframe.tobytes()
-
-
-def _alongside(one: NDArray[np.int32], other: NDArray[np.int32]) -> NDArray[np.int32]:
-    """(K + L,) the drives (K,) and (L,) of two maps, neither of which is known to be newer: their last drives
-    count as simultaneous."""
-    last = max(one.max(), other.max())
-    return np.concatenate([one + last - one.max(), other + last - other.max()])
 
 
 def _as_clause(sentence: str) -> str:

@@ -3,9 +3,6 @@
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.grid.log_odds import looks_until_free
 from racecar.mapping.quality.finished_map import FinishedMap
@@ -18,7 +15,6 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, compose
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.edits_file import edits_beside, load_edits
-from racecar.pipelines.files.keyframe_times import seconds_of_keyframes
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import REPORT_FILE, Quality, read_report
 from racecar.pipelines.files.session_file import load_session
@@ -48,15 +44,9 @@ def render_run(
     edits = edits_beside(source) if edits_file is None else load_edits(edits_file)
     with report.stage("reading"):
         session = load_session(source)
-        trajectory, seconds = _times(source, session, report)
-    if config.rendering.left_out and np.isnan(seconds).all():
-        raise UserError(
-            f"The times of the scans in {source} are not known, so none can be left out: its trajectory.tum "
-            "is missing or of another map."
-        )
+        trajectory = _trajectory(source, session, report)
     with report.stage("rendering"):
-        views = Views.of(session, seconds)
-        drawn = draw_map(views, session.keyframes, config.resolution, config.rendering)
+        drawn = draw_map(Views.of(session), session.keyframes, config.resolution, config.rendering)
     if drawn.disregarded:
         raise UserError(drawn.disregarded[0])
     if len(session.rays) < looks_until_free(config.rendering):
@@ -82,28 +72,25 @@ def render_run(
     title = source.absolute().name
     quality = _known_quality(earlier.quality, title)
     if quality is None:
-        quality = judge(FinishedMap(session, seconds), config.quality)
+        quality = judge(FinishedMap(session), config.quality)
     result = MappingResult(session, drawn.tiled, config.rendering, trajectory, quality)
     return MapRun(result, report, title, edits, source=edits_file or source)
 
 
-def _times(folder: Path, session: Session, report: Report) -> tuple[Trajectory, NDArray[np.float64]]:
-    """The trajectory in a folder, if it belongs to the session there, and the times (K,) of the keyframes in
-    seconds since its start, NaN where they are unknown."""
-    unknown = NO_TRAJECTORY, np.full(len(session.rays), np.nan)
+def _trajectory(folder: Path, session: Session, report: Report) -> Trajectory:
+    """The trajectory in a folder, if it belongs to the session there; else an empty one, and a warning."""
     path = folder / "trajectory.tum"
     if not path.is_file():
         report.warn(
             f"{folder} holds no trajectory.tum, so that none is written, and the path that is drawn is the "
             "keyframes'."
         )
-        return unknown
+        return NO_TRAJECTORY
     trajectory = load_tum(path)
-    seconds = seconds_of_keyframes(session.map_from_base[:, :2], trajectory)
-    if np.isnan(seconds).all():
+    if not session.is_of(trajectory):
         report.warn(f"{path} is not of the session beside it, so it was not used.")
-        return unknown
-    return trajectory, seconds
+        return NO_TRAJECTORY
+    return trajectory
 
 
 def _known_quality(told: Quality, source: str) -> MapQuality | None:

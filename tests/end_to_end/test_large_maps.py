@@ -9,11 +9,12 @@ import pytest
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.loops.loop_history import LoopHistory
-from racecar.mapping.session.session import Session, one_drive
+from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.pipelines.files.session_file import save_session
 from racecar.sensors.matching.scan_store import ScanStore, prepare_scan
 from tests.end_to_end.commands import in_own_process, report_of
+from tests.mapping.sessions import times
 
 SIDE, STEP, SIGHT, BEAMS = 2000.0, 1.0, 10.0, 360
 """Metres of the plane, between keyframes and of sight; beams of a scan."""
@@ -49,7 +50,7 @@ def session() -> Session:
     steps = between(poses[:-1], poses[1:])
     ties = [Constraint(k, k + 1, step, 1e4 * np.eye(3), "scan_matching") for k, step in enumerate(steps)]
     return Session(
-        store, rays, np.zeros_like(poses), poses, ConstraintList(ties), loops, one_drive(len(poses))
+        store, rays, np.zeros_like(poses), poses, ConstraintList(ties), loops, times(np.arange(len(poses)))
     )
 
 

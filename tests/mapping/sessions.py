@@ -1,5 +1,7 @@
 """What drives end in: round a block in a hall, in frames of their own, and of no rays and loops."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,7 +9,8 @@ from racecar.mapping.graph.constraint import Constraint, ConstraintList, Kind
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.quality.finished_map import FinishedMap
-from racecar.mapping.session.session import Session, one_drive
+from racecar.mapping.session.recordings import KeyframeTimes, Recording
+from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from racecar.sensors.matching.scan_store import ScanStore
 from tests.sensors.worlds import box, store_of
@@ -46,7 +49,7 @@ def session(walls: np.ndarray, true: Pose, frame_from_world: Pose, base_from_las
     rays = [Rays.to(store.points_of(k), len(store.points_of(k))) for k in range(len(true))]
     laser_from_base = np.tile(inverse(base_from_laser), (len(true), 1))
     return Session(
-        store, rays, laser_from_base, known, ConstraintList(constraints), loops, one_drive(len(true))
+        store, rays, laser_from_base, known, ConstraintList(constraints), loops, times(np.arange(len(true)))
     )
 
 
@@ -61,9 +64,27 @@ def plain_map(
     at_base = np.zeros_like(poses) if laser_from_base is None else laser_from_base
     nothing = [Rays.none() for _ in poses]
     tied = ConstraintList(constraints)
-    return FinishedMap(
-        Session(store, nothing, at_base, poses, tied, LoopHistory(), one_drive(len(poses))), seconds
-    )
+    return FinishedMap(Session(store, nothing, at_base, poses, tied, LoopHistory(), times(seconds)))
+
+
+def times(seconds: NDArray[np.float64]) -> KeyframeTimes:
+    """Keyframes of one recording, which began at 0."""
+    stamps = (np.asarray(seconds) * 1e9).astype(np.int64)
+    return KeyframeTimes.of(Recording("", 0, int(stamps[-1])), stamps)
+
+
+def as_two_recordings(map_: FinishedMap, first: int) -> FinishedMap:
+    """The same, with the keyframes from ``first`` on in a recording of their own."""
+    known = map_.session.times
+    is_later = np.arange(len(known.stamps)) >= first
+    parts = [KeyframeTimes.of(known.recordings[0], known.stamps[which]) for which in (~is_later, is_later)]
+    joined = parts[0].followed_by(parts[1], is_newer=False)
+    return replace(map_, session=replace(map_.session, times=joined))
+
+
+def one_drive(scans: int) -> NDArray[np.int32]:
+    """(S,) drives of scans that belong to one."""
+    return np.zeros(scans, dtype=np.int32)
 
 
 def chain(poses: Pose, information: NDArray[np.float64], kind: Kind = "scan_matching") -> list[Constraint]:

@@ -13,7 +13,6 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_folders import finish_replacing
-from racecar.pipelines.files.keyframe_times import SAME_PLACE, scans_of_keyframes
 from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.files.run_report import RunReport, Segment, read_report
 from racecar.pipelines.files.session_file import SESSION_FILE, load_session_arrays
@@ -23,6 +22,8 @@ from racecar.pipelines.runs.view.recorder import RECORD_FOLDER
 from racecar.pipelines.runs.view.scene import Doubt, Scene, Sight
 from racecar.sensors.arrays import Arrays
 
+_SAME_PLACE = 1e-6
+"""Metres; a trajectory's file resolves a nanometre."""
 _SCAN_MATCHING, _LOOP_CLOSURE = KINDS.index("scan_matching"), KINDS.index("loop_closure")
 
 
@@ -67,7 +68,7 @@ def _recorded_or_driven(folder: Path, title: str, about: str) -> Scene:
 
 def _are_same(driven: Trajectory, recorded: Trajectory) -> bool:
     return np.array_equal(driven.stamps, recorded.stamps) and np.allclose(
-        driven.map_from_base[:, :2], recorded.map_from_base[:, :2], atol=SAME_PLACE
+        driven.map_from_base[:, :2], recorded.map_from_base[:, :2], atol=_SAME_PLACE
     )
 
 
@@ -90,25 +91,24 @@ def _add_session(scene: Scene, arrays: Arrays) -> None:
     scene.loops = places[ties[kinds == _LOOP_CLOSURE]]
     scene.matches, scene.misses = places[ties[is_match]], np.hypot(missed[:, 0], missed[:, 1])
     if not scene.sights:
-        scene.sights = _sights_of_keyframes(arrays, places, scene.trajectory)
+        scene.sights = _sights_of_keyframes(arrays)
 
 
-def _sights_of_keyframes(arrays: Arrays, places: NDArray[np.float64], trajectory: Trajectory) -> list[Sight]:
-    """The keyframes' scans; a keyframe has the time of the scan with the same pose.
-
-    Keyframes of earlier drives have no time in this one and are left out.
-    """
-    scans, are_known = scans_of_keyframes(places, trajectory)
+def _sights_of_keyframes(arrays: Arrays) -> list[Sight]:
+    """The keyframes' scans in the last recording."""
+    are_of_last = arrays["times.recordings"] == len(arrays["times.names"]) - 1
     ends = np.cumsum(arrays["scans.counts"].astype(np.int64))
     points = np.split(arrays["scans.points"], ends[:-1])
     base_from_laser = inverse(arrays["keyframe_from_base"])
     return [
         Sight(
-            int(trajectory.stamps[scan]),
+            stamp,
             transform_points(pose, seen.astype(np.float64)).astype(np.float32),
         )
-        for scan, is_known, pose, seen in zip(scans, are_known, base_from_laser, points, strict=True)
-        if is_known
+        for stamp, is_of_last, pose, seen in zip(
+            arrays["times.stamps"].tolist(), are_of_last, base_from_laser, points, strict=True
+        )
+        if is_of_last
     ]
 
 

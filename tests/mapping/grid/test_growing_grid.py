@@ -8,9 +8,9 @@ from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.grid.rendering import render as render_with
-from racecar.mapping.session.session import one_drive
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD, UNKNOWN, OccupancyGrid
+from tests.mapping.sessions import one_drive
 
 RESOLUTION = 0.05
 

@@ -9,10 +9,10 @@ from hypothesis.extra.numpy import arrays
 from racecar.mapping.grid import rendering
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.rendering import Rays, pack_rays
-from racecar.mapping.session.session import one_drive
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
 from racecar.sensors.scan import Scan
+from tests.mapping.sessions import one_drive
 from tests.sensors.worlds import BEARINGS
 
 RESOLUTION = 0.05

@@ -9,12 +9,12 @@ from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.despeckling import despeckled
 from racecar.mapping.grid.near_path import near_path
 from racecar.mapping.grid.rendering import Box, Rays, render
-from racecar.mapping.session.session import one_drive
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from racecar.maps.grid.tiled_grid import TILE, TiledGrid
 from tests.mapping.grid.untiled import untiled, untiled_despeckled, untiled_near_path
+from tests.mapping.sessions import one_drive
 from tests.maps.grid.tiles import in_tiles
 
 RESOLUTION = 0.05

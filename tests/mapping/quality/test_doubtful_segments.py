@@ -42,7 +42,7 @@ def test_passes_that_contradict_each_other_are_named_with_both_times() -> None:
     worst = named[0]
     assert worst.contradicted_by is not None
     assert worst.contradicted_by[1] < 15 <= worst.keyframes[1]
-    assert worst.seconds == (0.5 * worst.keyframes[0], 0.5 * worst.keyframes[1])
+    assert worst.seconds == pytest.approx((0.5 * worst.keyframes[0], 0.5 * worst.keyframes[1]))
     assert "contradict each other" in worst.why
 
 

@@ -34,7 +34,6 @@ def mapped() -> MappingResult:
 def bent(radians_per_keyframe: float) -> MapQuality:
     """The verdict on the same map with its path bent."""
     session = mapped().session
-    seconds = np.arange(len(session.keyframes), dtype=np.float64)
     straight = session.map_from_keyframe
     steps = np.diff(straight, axis=0)
     turned = np.array(straight[:1])
@@ -43,7 +42,7 @@ def bent(radians_per_keyframe: float) -> MapQuality:
         turned = np.concatenate([turned, compose(turned[-1], step)[None]])
     session.map_from_keyframe = turned
     try:
-        return judge(FinishedMap(session, seconds), QualityConfig())
+        return judge(FinishedMap(session), QualityConfig())
     finally:
         session.map_from_keyframe = straight
 
@@ -92,7 +91,7 @@ def test_the_more_it_is_bent_the_larger_the_error_that_is_expected(bends: tuple[
 def test_wheels_that_slip_where_walls_hold_are_held_against_the_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(statistics, "slip_share", lambda *_: 500.0)
     session = mapped().session
-    quality = judge(FinishedMap(session, np.arange(len(session.keyframes)) * 1.0), QualityConfig())
+    quality = judge(FinishedMap(session), QualityConfig())
     assert quality.error_per_10_m == quality.statistics["slip_per_10_m"]
     assert quality.verdict == Verdict.WRONG
     assert quality.reasons[0].startswith("Where walls hold, wheels and map differ by")
@@ -106,9 +105,8 @@ def test_a_car_that_stood_all_the_time_has_a_good_map() -> None:
 
 def test_wheels_that_never_count_leave_a_map_doubtful() -> None:
     session = mapped_from(scans_of(MESSAGES)).session
-    seconds = np.arange(len(session.keyframes)) * 1.0
     for overruled, verdict in ((0.0, Verdict.GOOD), (1.0, Verdict.DOUBTFUL)):
-        quality = judge(FinishedMap(session, seconds, overruled_wheels=overruled), QualityConfig())
+        quality = judge(FinishedMap(session, overruled_wheels=overruled), QualityConfig())
         assert quality.verdict == verdict
         assert ("contradict each other" in quality.summary) == (verdict == Verdict.DOUBTFUL)
 
@@ -116,7 +114,7 @@ def test_wheels_that_never_count_leave_a_map_doubtful() -> None:
 @pytest.mark.parametrize("scale", [0.0, 0.5, 2.0])
 def test_lengths_by_scans_and_by_wheels_that_differ_are_told(scale: float) -> None:
     session = mapped().session
-    quality = judge(FinishedMap(session, np.arange(len(session.keyframes)) * 1.0, scale), QualityConfig())
+    quality = judge(FinishedMap(session, scale), QualityConfig())
     assert quality.verdict == Verdict.DOUBTFUL
     assert f"{scale:.2f} times" in quality.summary
 
@@ -138,10 +136,9 @@ def twice(later_from_earlier: Pose) -> MapQuality:
         np.concatenate([second, compose(later_from_earlier, second)]),
         ConstraintList.from_arrays(moved),
         session.loops.followed_by(session.loops),
-        np.repeat(np.array([0, 1], dtype=np.int32), count),
+        session.times.followed_by(session.times, is_newer=True),
     )
-    seconds = np.append(np.full(count, np.nan), np.arange(count, dtype=np.float64))
-    return judge(FinishedMap(joint, seconds), QualityConfig())
+    return judge(FinishedMap(joint), QualityConfig())
 
 
 def test_of_a_map_that_is_carried_on_the_last_drive_is_judged() -> None:

@@ -9,7 +9,7 @@ from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.jumps import jumps
 from racecar.mapping.quality.map_quality import Verdict
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse
-from tests.mapping.sessions import chain, plain_map
+from tests.mapping.sessions import as_two_recordings, chain, plain_map
 from tests.sensors.worlds import ROOM, store_of
 
 COUNT = 41
@@ -40,7 +40,7 @@ def test_a_step_counts_as_far_as_it_is_longer_than_the_car_drives_in_its_time() 
         drive(seconds=0.05),
         drive(jump=1.95, seconds=2.0),  # so far away it was started again
         drive(seconds=0.05, base_from_laser=np.tile(MOUNTS, (COUNT, 1))[:COUNT]),  # two lasers in turn
-        FinishedMap(drive(jump=1.95).session, np.full(COUNT, np.nan)),  # an earlier drive
+        as_two_recordings(drive(jump=1.95), 20),
     ],
 )
 def test_nothing_jumps_that_was_driven(map_: FinishedMap) -> None:

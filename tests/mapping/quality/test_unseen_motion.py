@@ -11,7 +11,7 @@ from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.quality.unseen_motion import unseen_motion
 from racecar.maps.geometry.se2 import between
-from tests.mapping.sessions import chain, plain_map
+from tests.mapping.sessions import as_two_recordings, chain, plain_map
 from tests.sensors.worlds import CORRIDOR, ROOM, store_of
 
 PATH = np.column_stack([np.linspace(-3.0, 2.0, 11), np.zeros(11), np.zeros(11)])
@@ -51,8 +51,7 @@ def test_a_stand_between_bare_walls_counts_by_the_usual_pace() -> None:
     [
         (drive(stood_in(0, 8.0)), BARE),  # every car stands before it drives
         (drive(stood_in(4, 8.0)), ~BARE),
-        (drive(np.full(len(PATH), np.nan)), BARE),  # an earlier drive
-        (drive(np.where(np.arange(len(PATH)) < 4, np.nan, stood_in(4, 8.0))), BARE),  # it begins then
+        (as_two_recordings(drive(stood_in(4, 8.0)), 5), BARE),  # the next one begins then
     ],
 )
 def test_no_stand_is_unseen_that_something_tells_of(map_: FinishedMap, are_bare: np.ndarray) -> None:

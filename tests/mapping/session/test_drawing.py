@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.rendering import Rays, render
 from racecar.mapping.session.drawing import DrawnMap, Views, draw_map
-from racecar.mapping.session.session import one_drive
 from racecar.mapping.session.wall_direction import wall_direction
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import UNKNOWN
 from racecar.sensors.matching.scan_store import PreparedScan, ScanStore
+from tests.mapping.sessions import one_drive
 from tests.sensors.worlds import ROOM, points_at, store_of
 
 RESOLUTION, TURN = 0.05, 0.3

@@ -77,7 +77,7 @@ def test_a_place_that_was_not_passed_again_is_not_forgotten() -> None:
     map_ = whole
     for start in (0.0, 0.5, 1.0):
         map_ = forget_outdated(carried_on(map_, path(start, 20.0)))
-    of_first = map_.map_from_keyframe[map_.drives == 0]
+    of_first = map_.map_from_keyframe[map_.times.drives == 0]
     far = path(0.0, 34.0)
     far = far[(np.arange(len(far)) > 80) & (np.arange(len(far)) < 98)]
     for pose in far:
@@ -94,7 +94,7 @@ def seen_cells(map_: Session) -> np.ndarray:
     """Whether each cell of 0.25 m was seen."""
     box = np.array([-7.0, -5.0]), np.array([7.0, 5.0])
     config = RenderingConfig(margin=20.0)
-    grid = render(map_.rays, map_.map_from_keyframe, map_.drives, 0.25, config, box)
+    grid = render(map_.rays, map_.map_from_keyframe, map_.times.drives, 0.25, config, box)
     return grid.in_one_piece().cells != UNKNOWN
 
 
@@ -104,14 +104,14 @@ def test_what_no_later_drive_could_see_stays() -> None:
     for start in (3.0, 7.0, 12.0, 20.0):
         true = path(start, 34.0)
         map_ = carried_on(map_, true)
-        is_last = map_.drives == map_.drives[-1]
+        is_last = map_.times.drives == map_.times.drives[-1]
         dim = short_sighted(map_.only(is_last), 0.7)
         map_.rays[-len(dim.rays) :] = dim.rays
         map_ = forget_outdated(map_)
     before, after = seen_cells(whole), seen_cells(map_)
-    assert seen_cells(map_.only(map_.drives == map_.drives[-1])).sum() < 0.9 * before.sum()
+    assert seen_cells(map_.only(map_.times.drives == map_.times.drives[-1])).sum() < 0.9 * before.sum()
     assert (before & ~after).sum() <= 0.05 * before.sum()
-    assert (map_.drives == 0).sum() < 0.5 * len(whole.rays)
+    assert (map_.times.drives == 0).sum() < 0.5 * len(whole.rays)
 
 
 def test_two_drives_forget_nothing() -> None:

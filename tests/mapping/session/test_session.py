@@ -89,6 +89,9 @@ def _set(value: float) -> Change:
         ("map_from_keyframe", _set(np.nan)),
         ("keyframe_from_base", lambda array: np.float64(3.0)),
         ("keyframe_from_base", _set(1e300)),
+        ("times.stamps", lambda array: array[:-1]),
+        ("times.recordings", _set(1)),
+        ("times.spans", lambda array: array.ravel()),
         ("scans.counts", _set(-1)),
         ("scans.counts", _set(20_000)),
         ("scans.counts", lambda array: array.astype(np.float64)),
@@ -117,14 +120,9 @@ def test_an_array_that_cannot_be_is_named(arrays: Arrays, name: str, change: Cha
 
 
 def test_each_array_is_needed(arrays: Arrays) -> None:
-    for name in arrays.keys() - {"drives"}:
+    for name in arrays:
         with pytest.raises(ValueError, match=f"{name} is missing"):
             Session.from_arrays({other: array for other, array in arrays.items() if other != name})
-
-
-def test_a_session_from_before_drives_were_told_apart_is_of_one_drive(arrays: Arrays) -> None:
-    old = Session.from_arrays({name: array for name, array in arrays.items() if name != "drives"})
-    assert len(old.drives) == len(old.rays) and not old.drives.any()
 
 
 def test_a_session_of_nothing(arrays: Arrays) -> None:

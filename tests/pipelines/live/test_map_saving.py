@@ -40,7 +40,7 @@ def output(tmp_path: Path) -> MapOutput:
 
 def test_a_later_drive_is_joined_where_it_is_recognized(tmp_path: Path) -> None:
     assert output(tmp_path).save([mapped(laps()), mapped(laps(seed=1))]) == []
-    drives = load_session(tmp_path / "out").drives
+    drives = load_session(tmp_path / "out").times.drives
     assert sorted(set(drives.tolist())) == [0, 1]
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
@@ -50,7 +50,7 @@ def test_one_that_is_not_has_a_map_of_its_own_which_is_named(tmp_path: Path) -> 
     (sentence,) = output(tmp_path).save([mapped(laps()), mapped(elsewhere)])
     assert "was not recognized on the earlier map" in sentence
     assert str(tmp_path / "out-2") in sentence
-    assert set(load_session(tmp_path / "out").drives.tolist()) == {0}
+    assert set(load_session(tmp_path / "out").times.drives.tolist()) == {0}
     assert (tmp_path / "out-2" / "map.png").is_file()
 
 

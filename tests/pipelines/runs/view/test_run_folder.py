@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from racecar.mapping.loops.loop_history import LoopHistory
+from racecar.mapping.session.recordings import KeyframeTimes, Recording
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import between, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
@@ -47,6 +48,8 @@ def save_session(folder: Path) -> None:
     map_from_keyframe = compose(keyframes, base_from_laser)
     matched = between(map_from_keyframe[:2], map_from_keyframe[1:])
     matched[0, :2] += [0.3, 0.4]
+    earlier, own = (KeyframeTimes.of(Recording("", 0, 1), stamps) for stamps in (STAMPS[:1], STAMPS[[4, 10]]))
+    times = earlier.followed_by(own, is_newer=True)
     arrays = {
         "keyframe_from_base": np.tile(laser_from_base, (3, 1)),
         "map_from_keyframe": map_from_keyframe,
@@ -60,6 +63,7 @@ def save_session(folder: Path) -> None:
         "rays.returns": np.zeros(3, dtype=np.int64),
         "rays.ends": np.zeros((0, 2), dtype=np.float32),
         "constraints.information": np.tile(np.eye(3), (2, 1, 1)),
+        **named("times", times.to_arrays()),
         **named("loops", LoopHistory().to_arrays()),
         "loops.path": np.zeros(3),
     }
