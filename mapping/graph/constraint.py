@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose, between
 
-Kind = Literal["odometry", "scan_matching", "loop_closure"]
+Kind = Literal["odometry", "scan_matching", "loop_closure", "manual"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 _ROWS, _COLUMNS = np.triu_indices(3)
 """Indices of the upper triangle of a symmetric matrix (3, 3), which determines it by definition."""

@@ -134,6 +134,8 @@ class PoseGraph:
         for c in among:
             if c.kind == "scan_matching":
                 graph.add(_factor(c, of_matches, poses, first))
+            elif c.kind == "manual":
+                graph.add(_factor(c, None, poses, first))
             elif c.kind == "odometry":
                 graph.add(_factor(c, of_wheels if are_matched[c.to_keyframe] else None, poses, first))
         if first == 0:

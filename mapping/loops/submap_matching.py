@@ -1,5 +1,7 @@
 """Joint matching of two submaps: many pairs of scans at once, each submap rigid."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,7 +10,7 @@ from racecar.maps.geometry.se2 import Pose, compose
 from racecar.sensors.matching.match_information import match_information
 from racecar.sensors.matching.scan_matching import Pairings, match
 from racecar.sensors.matching.scan_store import ScanStore
-from racecar.sensors.matching.see_through import see_through
+from racecar.sensors.matching.see_through import SeeThrough, see_through
 
 _MIN_COVERAGE = 0.3
 """Minimum share of all points on surfaces of the other scans. Chosen by judgement: points that cannot be
@@ -41,6 +43,43 @@ def match_submaps(
     one. None when scans do not lie on each other's lines, see through each other's surfaces, or overlap too
     little.
     """
+    aligned = align_submaps(fixed, moving, poses, guess, store)
+    if aligned.residual > _MAX_RESIDUAL:
+        return None
+    seen = aligned.seen(store)
+    if seen.agreement < _MIN_AGREEMENT or seen.coverage < _MIN_COVERAGE:
+        return None
+    return aligned.fixed_from_moving, aligned.information
+
+
+@dataclass(frozen=True, eq=False)
+class AlignedSubmaps:
+    """Two submaps where they fit each other best."""
+
+    fixed_from_moving: Pose
+    """(3,) relative pose of both centres."""
+    information: NDArray[np.float64]
+    """(3, 3) in the tangent frame of the moving one."""
+    residual: float
+    """Weighted root mean square distance of points from lines, metres."""
+    pairs: NDArray[np.int64]
+    """(P, 2) keyframes that were matched."""
+    fixed_poses: Pose
+    """(P, 3) in the frame of the fixed one's centre."""
+    moving_poses: Pose
+    """(P, 3) in the frame of the moving one's centre."""
+
+    def seen(self, store: ScanStore) -> SeeThrough:
+        """Points of each on surfaces of the other, or seen through by it."""
+        return see_through(
+            store, self.pairs, self.fixed_poses, compose(self.fixed_from_moving, self.moving_poses)
+        )
+
+
+def align_submaps(
+    fixed: Submap, moving: Submap, poses: Pose, guess: Pose, store: ScanStore
+) -> AlignedSubmaps:
+    """Align two submaps with keyframes at ``poses`` (K, 3), from ``guess`` (3,), fixed_from_moving."""
     fixed_poses, moving_poses = fixed.poses(poses), moving.poses(poses)
     a, b = nearest_pairs(fixed_poses, compose(guess, moving_poses), _MAX_PAIRS)
     pairs = np.column_stack([fixed.keyframes[a], moving.keyframes[b]])
@@ -54,14 +93,9 @@ def match_submaps(
     # a corridor, which alone observe the position along it.
     rough = match(guess[None], pairings(_ROUGH_EVERY), store, store, kernel_width=_ROUGH_KERNEL_WIDTH)
     result = match(rough.poses, pairings(1), store, store, initial_distance=_PARTNER_DISTANCE)
-    pose, residual = result.poses[0], float(result.residual[0])
-    if residual > _MAX_RESIDUAL:
-        return None
-    seen = see_through(store, pairs, fixed_poses[a], compose(pose, moving_poses[b]))
-    if seen.agreement < _MIN_AGREEMENT or seen.coverage < _MIN_COVERAGE:
-        return None
-    hessian = _INDEPENDENT_PAIRS * result.hessians[0] / len(pairs)
-    return pose, match_information(hessian, residual)
+    residual = float(result.residual[0])
+    information = match_information(_INDEPENDENT_PAIRS * result.hessians[0] / len(pairs), residual)
+    return AlignedSubmaps(result.poses[0], information, residual, pairs, fixed_poses[a], moving_poses[b])
 
 
 def nearest_pairs(first: Pose, second: Pose, most: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -22,7 +22,8 @@ rays.ends                     (sum, 2) float32    metres in the laser frame
 constraints.keyframes         (C, 2) int32        from, to
 constraints.poses             (C, 3) float64      second keyframe relative to the first: metres, radians
 constraints.information       (C, 3, 3) float64   in the tangent frame of the second keyframe
-constraints.kinds             (C,) int8           0 odometry, 1 scan matching, 2 loop closure
+constraints.kinds             (C,) int8           0 odometry, 1 scan matching, 2 loop closure,
+                                                  3 manual
 loops.submaps                 (S, 3) int32        first, middle and last keyframe
 loops.path                    (K,) float64        metres driven
 loops.edges                   (E, 3) int32        submap, submap, 1 when a loop closure connects them
@@ -36,6 +37,9 @@ loops.hypothesis_accepted     (H,) bool           whether it is a loop closure
 loops.log_names               (L,) text           events of loop closure
 loops.log_counts              (L,) int64          number of each
 ============================  ==================  ============================================================
+
+A session that was corrected by hand also holds what was measured: ``measured.map_from_keyframe`` and
+``measured.constraints``, as above, and ``measured.mended_by``, (1,) text, its manual constraints.
 """
 
 from copy import copy
@@ -47,6 +51,7 @@ from numpy.typing import NDArray
 from racecar.mapping.graph.constraint import ConstraintList
 from racecar.mapping.grid.rendering import Rays, returns_of
 from racecar.mapping.loops.loop_history import LoopHistory
+from racecar.mapping.session.measured import Measured
 from racecar.mapping.session.recordings import KeyframeTimes
 from racecar.mapping.session.session_layout import checked_session
 from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
@@ -72,6 +77,8 @@ class Session:
     constraints: ConstraintList
     loops: LoopHistory
     times: KeyframeTimes
+    measured: Measured | None = None
+    """What was measured, if the session was corrected by hand."""
 
     def frozen(self) -> "Session":
         """A snapshot for another thread to write; immutable parts are shared."""
@@ -83,11 +90,23 @@ class Session:
             self.constraints.copy(),
             self.loops.frozen(),
             self.times,
+            self.measured,
         )
 
     def moved(self, new_from_map: Pose) -> "Session":
         """The session in another map frame; constraints and loops are relative and stay."""
-        return replace(self, map_from_keyframe=compose(new_from_map, self.map_from_keyframe))
+        measured = None if self.measured is None else self.measured.moved(new_from_map)
+        moved = compose(new_from_map, self.map_from_keyframe)
+        return replace(self, map_from_keyframe=moved, measured=measured)
+
+    @property
+    def as_measured(self) -> "Session":
+        """The session without manual constraints."""
+        if (known := self.measured) is None:
+            return self
+        return replace(
+            self, map_from_keyframe=known.map_from_keyframe, constraints=known.constraints, measured=None
+        )
 
     def only(self, chosen: NDArray[np.bool_]) -> "Session":
         """The session of the selected keyframes (K,) and what is known among them."""
@@ -99,6 +118,7 @@ class Session:
             self.constraints.among(chosen),
             self.loops.only(chosen),
             self.times.only(chosen),
+            None if self.measured is None else self.measured.only(chosen),
         )
 
     @property
@@ -142,6 +162,7 @@ class Session:
             **named("rays", {"ends": ends, "lengths": lengths, "returns": returns}),
             **named("constraints", self.constraints.to_arrays()),
             **named("loops", self.loops.to_arrays()),
+            **({} if self.measured is None else named("measured", self.measured.to_arrays())),
         }
 
     @classmethod
@@ -158,4 +179,5 @@ class Session:
             ConstraintList.from_arrays(part_of("constraints", arrays)),
             LoopHistory.from_arrays(part_of("loops", arrays)),
             KeyframeTimes.from_arrays(part_of("times", arrays)),
+            Measured.from_arrays(measured) if (measured := part_of("measured", arrays)) else None,
         )

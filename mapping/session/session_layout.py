@@ -31,6 +31,10 @@ def _places(*shape: str | int) -> _Numbers:
     return _Numbers(ArrayLayout("f", shape), -_FARTHEST, _FARTHEST)
 
 
+def _information(count: str) -> _Numbers:
+    return _Numbers(ArrayLayout("f", (count, 3, 3)), -_MOST_INFORMATION, _MOST_INFORMATION)
+
+
 def _whole(low: float, high: float, *shape: str | int) -> _Numbers:
     return _Numbers(ArrayLayout("iu", shape), low, high)
 
@@ -53,7 +57,7 @@ _SESSION: dict[str, _Numbers] = {
     "rays.ends": _Numbers(ArrayLayout("f", ("ends", 2)), -LONGEST_RAY, LONGEST_RAY),
     "constraints.keyframes": _whole(0, _INT32, "C", 2),
     "constraints.poses": _places("C", 3),
-    "constraints.information": _Numbers(ArrayLayout("f", ("C", 3, 3)), -_MOST_INFORMATION, _MOST_INFORMATION),
+    "constraints.information": _information("C"),
     "constraints.kinds": _whole(0, len(KINDS) - 1, "C"),
     "loops.submaps": _whole(0, _INT32, "S", 3),
     "loops.path": _places("K"),
@@ -61,9 +65,7 @@ _SESSION: dict[str, _Numbers] = {
     "loops.variances": _Numbers(ArrayLayout("f", ("V", 2)), 0.0, _FARTHEST),
     "loops.hypothesis_submaps": _whole(0, _INT32, "H", 2),
     "loops.hypothesis_poses": _places("H", 3),
-    "loops.hypothesis_information": _Numbers(
-        ArrayLayout("f", ("H", 3, 3)), -_MOST_INFORMATION, _MOST_INFORMATION
-    ),
+    "loops.hypothesis_information": _information("H"),
     "loops.hypothesis_reaches": _places("H"),
     "loops.hypothesis_accepted": _Numbers(ArrayLayout("b", ("H",)), 0, 1),
     "loops.log_names": _Numbers(ArrayLayout("U", ("L",)), 0, 0),
@@ -71,11 +73,22 @@ _SESSION: dict[str, _Numbers] = {
 }
 """The arrays of a session by definition, as its module documents them."""
 
+_MEASURED: dict[str, _Numbers] = {
+    "measured.map_from_keyframe": _places("K", 3),
+    "measured.constraints.keyframes": _whole(0, _INT32, "M", 2),
+    "measured.constraints.poses": _places("M", 3),
+    "measured.constraints.information": _information("M"),
+    "measured.constraints.kinds": _whole(0, len(KINDS) - 1, "M"),
+    "measured.mended_by": _Numbers(ArrayLayout("U", (1,)), 0, 0),
+}
+"""Those of a session that was corrected by hand, by definition."""
+
 
 def checked_session(arrays: Arrays) -> Arrays:
     """Validate the arrays of a session. Raises ValueError naming the invalid array."""
-    check_layout(arrays, {name: numbers.layout for name, numbers in _SESSION.items()})
-    for name, numbers in _SESSION.items():
+    known = {**_SESSION, **(_MEASURED if any(name.startswith("measured.") for name in arrays) else {})}
+    check_layout(arrays, {name: numbers.layout for name, numbers in known.items()})
+    for name, numbers in known.items():
         if numbers.layout.kinds != "U":
             array = arrays[name].astype(np.float64)
             if not np.all((array >= numbers.low) & (array <= numbers.high)):
@@ -87,10 +100,11 @@ def checked_session(arrays: Arrays) -> Arrays:
         if int(arrays[lengths].astype(np.int64).sum()) != len(arrays[packed]):
             raise ValueError(f"{lengths} do not add up to {packed}")
     first, middle, last = arrays["loops.submaps"].astype(np.int64).T
+    ends = [arrays[name] for name in arrays if name.endswith("constraints.keyframes")]
     are_in_order = {
         "times.recordings": arrays["times.recordings"].astype(np.int64) < len(arrays["times.names"]),
         "rays.returns": arrays["rays.returns"].astype(np.int64) <= arrays["rays.lengths"].astype(np.int64),
-        "constraints.keyframes": arrays["constraints.keyframes"].astype(np.int64) < keyframes,
+        "constraints.keyframes": np.concatenate(ends).astype(np.int64) < keyframes,
         "loops.submaps": (first <= middle) & (middle <= last) & (last < keyframes),
         "loops.hypothesis_submaps": arrays["loops.hypothesis_submaps"].astype(np.int64) < submaps,
         "loops.edges": arrays["loops.edges"][:, :2].astype(np.int64) < submaps,

@@ -7,20 +7,27 @@
       width: 0.1
     - speed: [[5, 0], [9, 0], [9, 3]]
       limit: 0.5
+
+Entries that are not drawn but added to its pose graph are in `racecar.pipelines.files.constraint_entries`.
 """
 
 import zlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from difflib import get_close_matches
-from math import isfinite
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from racecar.mapping.mending.manual_constraints import (
+    ManualConstraint,
+    in_recordings_from,
+    moved,
+    with_points,
+)
+from racecar.mapping.mending.manual_constraints import points_of as points_in
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.edits import EDIT_KINDS, Edit, EditKind
@@ -28,12 +35,12 @@ from racecar.maps.text_files import read_text
 from racecar.maps.whole_files import write_atomically
 from racecar.maps.whole_folders import finish_replacing
 from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
+from racecar.pipelines.files.constraint_entries import CONSTRAINT_KINDS, constraint_of, text_of_constraint
 from racecar.pipelines.files.edits_text import with_entry, without_entry
+from racecar.pipelines.files.entry_values import check_keys, number_of, points_of
 
 EDITS_FILE = "edits.yaml"
 
-_FARTHEST = 1e7
-"""Metres; a quarter of the earth's circumference."""
 _MOST_LIMIT = 100.0
 """Metres per second; no small robot is faster."""
 _WIDEST = 100.0
@@ -42,35 +49,75 @@ _DIGITS = 4
 """Decimals of metres in a written file: a tenth of a millimetre, finer than any cell."""
 
 
+Entry: TypeAlias = Edit | ManualConstraint
+"""What is drawn over the map, or added to its pose graph."""
+
+
 @dataclass(frozen=True, eq=False)
 class MapEdits:
-    """Edits, and the text they were read from."""
+    """The entries, and the text they were read from."""
 
-    edits: tuple[Edit, ...] = ()
+    entries: tuple[Entry, ...] = ()
     text: str = ""
+
+    @property
+    def edits(self) -> tuple[Edit, ...]:
+        """What is drawn over the map."""
+        return tuple(entry for entry in self.entries if isinstance(entry, Edit))
+
+    @property
+    def constraints(self) -> tuple[ManualConstraint, ...]:
+        """What is added to its pose graph."""
+        return tuple(entry for entry in self.entries if not isinstance(entry, Edit))
+
+    @property
+    def constraints_text(self) -> str:
+        """The manual constraints alone, exactly: what a session was corrected by."""
+        return "".join(text_of_constraint(each) for each in self.constraints)
 
     def moved(self, new_from_map: Pose | None) -> "MapEdits":
         """A copy in another frame; None keeps it as it is, with its comments."""
-        if new_from_map is None or not self.edits:
+        if new_from_map is None or not self.entries:
             return self
-        edits = tuple(edit.moved(new_from_map) for edit in self.edits)
-        return MapEdits(edits, _as_moved_text(edits))
+        return self._made_of(
+            entry.moved(new_from_map) if isinstance(entry, Edit) else moved(entry, new_from_map)
+            for entry in self.entries
+        )
 
-    def with_edit(self, edit: Edit) -> "MapEdits":
-        """A copy with one more edit, drawn on top; comments stay. Raises UserError when it is invalid."""
-        entry = _as_text([edit])
-        edits = (*self.edits, _edit(parse_yaml(entry)[0], "What was drawn"))
-        return MapEdits(edits, _changed_or_new(lambda: with_entry(self._own_text, entry), edits))
+    def carried(self, carry: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> "MapEdits":
+        """A copy on a map that was bent: ``carry`` takes places (N, 2) from the old map to the new one."""
+        if not any(isinstance(entry, Edit) or points_in(entry) is not None for entry in self.entries):
+            return self
+        return self._made_of(_carried(entry, carry) for entry in self.entries)
 
-    def without(self, number: int) -> "MapEdits":
-        """A copy without the edit with this number, from 0; comments on others stay."""
-        edits = self.edits[:number] + self.edits[number + 1 :]
-        return MapEdits(edits, _changed_or_new(lambda: without_entry(self._own_text, number), edits))
+    def in_recordings_from(self, first: int) -> "MapEdits":
+        """A copy where the recordings of its map are numbered from ``first`` on, as in a merged one."""
+        if not self.constraints:
+            return self
+        return self._made_of(
+            entry if isinstance(entry, Edit) else in_recordings_from(entry, first) for entry in self.entries
+        )
+
+    def with_entry(self, entry: Entry) -> "MapEdits":
+        """A copy with one more entry, drawn on top; comments stay. Raises UserError when it is invalid."""
+        text = _as_text([entry])
+        entries = (*self.entries, _entry(parse_yaml(text)[0], "What was drawn"))
+        return MapEdits(entries, _changed_or_new(lambda: with_entry(self._own_text, text), entries))
+
+    def without(self, entry: Entry) -> "MapEdits":
+        """A copy without one of its entries; comments on others stay."""
+        number = next(k for k, each in enumerate(self.entries) if each is entry)
+        entries = self.entries[:number] + self.entries[number + 1 :]
+        return MapEdits(entries, _changed_or_new(lambda: without_entry(self._own_text, number), entries))
 
     @property
     def _own_text(self) -> str:
         """The text without the line that says it was moved here: whoever changes it makes it their own."""
         return self.text.partition("\n")[2] if is_made_by_us(self.text) else self.text
+
+    def _made_of(self, entries: Iterable[Entry]) -> "MapEdits":
+        known = tuple(entries)
+        return MapEdits(known, _as_moved_text(known))
 
 
 def load_edits(path: Path) -> MapEdits:
@@ -82,8 +129,8 @@ def load_edits(path: Path) -> MapEdits:
         raise UserError(f"The edits in {path} cannot be used: {error}.") from error
     if not isinstance(entries, list | None):
         raise UserError(f"{path} should hold a list of edits, such as '- erase: [[0, 0], [1, 0], [1, 1]]'.")
-    edits = tuple(_edit(entry, f"Edit {n} in {path}") for n, entry in enumerate(entries or [], start=1))
-    return MapEdits(edits, text)
+    known = tuple(_entry(entry, f"Edit {n} in {path}") for n, entry in enumerate(entries or [], start=1))
+    return MapEdits(known, text)
 
 
 def edits_beside(folder: Path) -> MapEdits:
@@ -95,11 +142,11 @@ def edits_beside(folder: Path) -> MapEdits:
 
 def edits_together(parts: Sequence[MapEdits]) -> MapEdits:
     """Edits of several maps in the same frame; those of a single map keep their comments."""
-    edited = [part for part in parts if part.edits]
+    edited = [part for part in parts if part.entries]
     if len(edited) == 1:
         return edited[0]
-    edits = tuple(edit for part in edited for edit in part.edits)
-    return MapEdits(edits, _as_moved_text(edits)) if edits else MapEdits()
+    entries = tuple(entry for part in edited for entry in part.entries)
+    return MapEdits(entries, _as_moved_text(entries)) if entries else MapEdits()
 
 
 def save_edits(edits: MapEdits, folder: Path) -> None:
@@ -118,51 +165,40 @@ def _head(body: str) -> str:
     return f"# Moved into this map's frame, {zlib.crc32(body.encode()):08x}; make changes where it came from."
 
 
-def _edit(entry: Any, where: str) -> Edit:
-    known = ", ".join(EDIT_KINDS)
+def _entry(entry: Any, where: str) -> Entry:
+    kinds = (*EDIT_KINDS, *CONSTRAINT_KINDS)
+    known = ", ".join(kinds)
     if not isinstance(entry, dict):
         raise UserError(f"{where} should name what it does and where, such as 'wall: [[0, 0], [5, 0]]'.")
-    kinds: list[EditKind] = [kind for kind in EDIT_KINDS if kind in entry]
-    allowed = [*EDIT_KINDS, *(["width"] if "wall" in kinds else ["limit"] if "speed" in kinds else [])]
-    for key in entry:
-        if key not in allowed:
-            near = get_close_matches(str(key), allowed, n=1)
-            remedy = f"did you mean '{near[0]}'" if near else f"known are {known}"
-            raise UserError(f"{where} has the unknown key '{str(key)[:40]}'; {remedy}.")
-    if len(kinds) != 1:
-        raise UserError(f"{where} should have one of {known}, and has {' and '.join(kinds) or 'none'}.")
-    (kind,) = kinds
+    named = [kind for kind in kinds if kind in entry]
+    if len(named) > 1:
+        raise UserError(f"{where} should have one of {known}, and has {' and '.join(named)}.")
+    if named and named[0] in CONSTRAINT_KINDS:
+        return constraint_of(entry, named[0], where)
+    kind = next((each for each in EDIT_KINDS if each in named), None)
+    own = ["width"] if kind == "wall" else ["limit"] if kind == "speed" else []
+    check_keys(entry, [*kinds, *own], known, where)
+    if kind is None:
+        raise UserError(f"{where} should have one of {known}, and has none.")
     points = _points(entry[kind], kind, where)
     if kind == "wall":
-        return Edit(kind, points, width=_number(entry, "width", 0.0, _WIDEST, "metres", where, 0.0))
+        return Edit(kind, points, width=number_of(entry, "width", 0.0, _WIDEST, "metres", where, 0.0))
     if kind == "speed":
-        return Edit(kind, points, limit=_number(entry, "limit", 0.0, _MOST_LIMIT, "metres per second", where))
+        limit = number_of(entry, "limit", 0.0, _MOST_LIMIT, "metres per second", where)
+        return Edit(kind, points, limit=limit)
     return Edit(kind, points)
 
 
 def _points(value: Any, kind: EditKind, where: str) -> NDArray[np.float64]:
     fewest = 2 if kind == "wall" else 3
-    if not isinstance(value, list) or not all(_is_point(point) for point in value):
-        raise UserError(
-            f"{where}: {kind} should be a list of points in metres, such as [[0, 0], [5, 0], [5, 2]]."
-        )
-    if len(value) < fewest:
-        raise UserError(f"{where}: {kind} has {len(value)} points and needs {fewest} at least.")
-    points = np.array(value, dtype=np.float64)
+    points = points_of(value, kind, where)
+    if len(points) < fewest:
+        raise UserError(f"{where}: {kind} has {len(points)} points and needs {fewest} at least.")
     if kind != "wall":
         _check_polygon(points, kind, where)
     elif not np.ptp(points, axis=0).any():
         raise UserError(f"{where}: all points of the wall are the same.")
     return points
-
-
-def _is_point(value: Any) -> bool:
-    return (
-        isinstance(value, list)
-        and len(value) == 2
-        and all(isinstance(x, int | float) and not isinstance(x, bool) for x in value)
-        and all(isfinite(x) and abs(x) <= _FARTHEST for x in value)
-    )
 
 
 def _check_polygon(points: NDArray[np.float64], kind: EditKind, where: str) -> None:
@@ -184,43 +220,35 @@ def _check_polygon(points: NDArray[np.float64], kind: EditKind, where: str) -> N
     raise UserError(f"{where}: the outline of {kind} is not a polygon ({reason.lower()}); sort its corners.")
 
 
-def _number(
-    entry: dict[Any, Any],
-    key: str,
-    low: float,
-    high: float,
-    unit: str,
-    where: str,
-    default: float | None = None,
-) -> float:
-    if key not in entry and default is not None:
-        return default
-    value = entry.get(key)
-    number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else low
-    if not low < number <= high:
-        told = "is missing" if value is None else f"is {str(value)[:40]}"
-        raise UserError(f"{where}: {key} {told}; it should be {unit}, above {low:g} and at most {high:g}.")
-    return number
+def _carried(entry: Entry, carry: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> Entry:
+    if isinstance(entry, Edit):
+        return replace(entry, points=carry(entry.points))
+    points = points_in(entry)
+    return entry if points is None else with_points(entry, carry(points))
 
 
-def _changed_or_new(change: Callable[[], str], edits: Sequence[Edit]) -> str:
+def _changed_or_new(change: Callable[[], str], entries: Sequence[Entry]) -> str:
     """The changed text; a new one without comments if the old one's form does not allow the change."""
     try:
         return change()
     except ValueError:
-        return _as_text(edits)
+        return _as_text(entries)
 
 
-def _as_moved_text(edits: Sequence[Edit]) -> str:
-    body = _as_text(edits)
+def _as_moved_text(entries: Sequence[Entry]) -> str:
+    body = _as_text(entries)
     return f"{_head(body)}\n{body}"
 
 
-def _as_text(edits: Sequence[Edit]) -> str:
-    """One line per edit, and one for its width or limit."""
-    lines = []
-    for edit in edits:
-        lines.append(f"- {edit.kind}: {np.round(edit.points, _DIGITS).tolist()}\n")
-        numbers = {"width": edit.width, "limit": edit.limit}
-        lines += [f"  {yaml.safe_dump({key: number})}" for key, number in numbers.items() if number]
+def _as_text(entries: Sequence[Entry]) -> str:
+    """One line per entry, and one for each further value of it."""
+    return "".join(
+        _text_of_edit(entry) if isinstance(entry, Edit) else text_of_constraint(entry) for entry in entries
+    )
+
+
+def _text_of_edit(edit: Edit) -> str:
+    numbers = {"width": edit.width, "limit": edit.limit}
+    lines = [f"- {edit.kind}: {np.round(edit.points, _DIGITS).tolist()}\n"]
+    lines += [f"  {yaml.safe_dump({key: number})}" for key, number in numbers.items() if number]
     return "".join(lines)

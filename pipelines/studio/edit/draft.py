@@ -53,7 +53,7 @@ class Draft:
                 "A shape is not finished: finish it, or undo its corners, and change the other then."
             )
         corners = tuple((float(x), float(y)) for x, y in self.edits.edits[number].points)
-        self._states.append(_State(self.edits.without(number), corners))
+        self._states.append(_State(self.edits.without(self.edits.edits[number]), corners))
 
     def finish(self, kind: EditKind, *, width: float, limit: float) -> None:
         """Make an edit from the corners; a width, in metres, is for walls, a limit, in m/s, for speed zones.
@@ -66,7 +66,7 @@ class Draft:
             width=width if kind == "wall" else 0.0,
             limit=limit if kind == "speed" else 0.0,
         )
-        edits = self.edits.with_edit(drawn)
+        edits = self.edits.with_entry(drawn)
         if not any(covered(self._grid, edits.edits[-1])):
             raise UserError(
                 "What was drawn covers no cell of the map, so that it would change nothing; undo its corners "
@@ -76,7 +76,7 @@ class Draft:
 
     def remove(self, number: int) -> None:
         """Remove an edit, by its index from 0."""
-        self._states.append(replace(self._states[-1], edits=self.edits.without(number)))
+        self._states.append(replace(self._states[-1], edits=self.edits.without(self.edits.edits[number])))
 
     def undo(self) -> None:
         """Undo the last corner, or the last finished or removed shape. Raises UserError at the start."""

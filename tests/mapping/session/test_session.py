@@ -104,7 +104,7 @@ def _set(value: float) -> Change:
         ("rays.ends", lambda array: np.zeros(0)),
         ("constraints.keyframes", _set(100_000)),
         ("constraints.keyframes", _set(-1)),
-        ("constraints.kinds", _set(3)),
+        ("constraints.kinds", _set(4)),
         ("constraints.kinds", lambda array: array[:1]),
         ("constraints.poses", lambda array: array.astype("U5")),
         ("constraints.information", _set(np.inf)),

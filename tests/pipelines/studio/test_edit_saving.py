@@ -51,21 +51,22 @@ def value_at(map: Path, x: float, y: float) -> int:
 
 def test_a_map_keeps_its_frame_and_cells_and_gets_the_edits_and_loses_them_again(folder: Path) -> None:
     before, to = load_map(folder), saving(folder)
-    words = save(to, MapEdits().with_edit(AREA), folder)
+    edits = MapEdits().with_entry(AREA)
+    words = save(to, edits, folder)
     assert f"1 edit in {folder / 'edits.yaml'}" in words
     assert "map.pgm" in words
     after = load_map(folder)
     assert after.resolution == before.resolution == 0.1
     np.testing.assert_array_equal(after.map_from_grid, before.map_from_grid)
     assert value_at(folder, 1.5, 0.0) == -1
-    save(to, MapEdits().with_edit(AREA).without(0), folder)
+    save(to, edits.without(edits.edits[0]), folder)
     np.testing.assert_array_equal(load_map(folder).cells, before.cells)
     assert edits_beside(folder).edits == ()
 
 
 def test_a_straightened_map_goes_into_another_folder_and_its_edits_beside_it(folder: Path) -> None:
     out, to = folder.parent / "straight", saving(folder)
-    edits = MapEdits().with_edit(AREA)
+    edits = MapEdits().with_entry(AREA)
     with pytest.raises(UserError, match="name another folder"):
         save(to, edits, folder, straight=True)
     assert not to.is_saved(edits)
@@ -81,12 +82,12 @@ def test_edits_of_another_hand_are_not_overwritten(folder: Path) -> None:
     theirs = "- wall: [[0, 0], [1, 1]]\n"
     (folder / "edits.yaml").write_text(theirs)
     with pytest.raises(UserError, match="was changed meanwhile"):
-        save(to, MapEdits().with_edit(AREA), folder)
+        save(to, MapEdits().with_entry(AREA), folder)
     assert (folder / "edits.yaml").read_text() == theirs
 
 
 def test_where_no_map_can_be_written_the_edits_are_saved_all_the_same(folder: Path) -> None:
-    to, edits = saving(folder), MapEdits().with_edit(AREA)
+    to, edits = saving(folder), MapEdits().with_entry(AREA)
     with pytest.raises(UserError, match="is a file; name a folder"):
         save(to, edits, folder / "map.yaml")
     assert to.is_saved(edits)
@@ -97,7 +98,7 @@ def test_a_folder_that_cannot_be_written_to_is_told(folder: Path, monkeypatch: p
     def refuse(*_: object, **__: object) -> str:
         raise PermissionError(13, "Permission denied")
 
-    to, edits = saving(folder), MapEdits().with_edit(AREA)
+    to, edits = saving(folder), MapEdits().with_entry(AREA)
     monkeypatch.setattr("racecar.maps.whole_files.tempfile.mkdtemp", refuse)
     with pytest.raises(UserError, match="permission denied; choose another place"):
         save(to, edits, folder)

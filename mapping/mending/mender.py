@@ -1,0 +1,197 @@
+"""Correct a map by hand: one manual constraint at a time, each solved with the whole graph. The method is on
+this page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.graph.pose_graph import PoseGraph
+from racecar.mapping.keyframes.constraints import constrain
+from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
+from racecar.mapping.mending.cuts import mistaken_ties, without_distrusted
+from racecar.mapping.mending.effect import Effect, effect_of
+from racecar.mapping.mending.floor_plan_frame import Mark, plan_in_map, ties_to_plan
+from racecar.mapping.mending.manual_constraints import (
+    Distance,
+    Distrust,
+    Here,
+    ManualConstraint,
+    NotSamePlace,
+    RightAngle,
+    SamePlace,
+    Straight,
+)
+from racecar.mapping.mending.moments import keyframe_at, keyframes_between
+from racecar.mapping.mending.refused import RefusedConstraintError
+from racecar.mapping.mending.same_place import tie_of_same_place
+from racecar.mapping.mending.walls import WallPiece, constraints_between_walls, pieces_of
+from racecar.mapping.session.measured import Measured
+from racecar.mapping.session.session import Session
+from racecar.maps.geometry.se2 import Pose, compose, inverse
+
+_ROUNDS = 3
+"""Solutions about which lengths, angles and places on a plan are linearized. Chosen by judgement: in the last
+they move by less than a hundredth."""
+_CUT_REACH = 10.0
+"""Metres of path about moments that are not at one place in which no scans of both are matched again. Chosen
+by judgement: a submap and its surroundings."""
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """What is known after some constraints."""
+
+    poses: Pose
+    """(K, 3)"""
+    measured: ConstraintList
+    """What is left of what scans and wheels measured, and what was matched since."""
+    ties: tuple[Constraint, ...] = ()
+    """Between moments at the same place."""
+    walls: tuple[tuple[Distance | Straight | RightAngle, list[WallPiece]], ...] = ()
+    marks: tuple[Mark, ...] = ()
+    apart: tuple[tuple[int, int], ...] = ()
+    """Pairs of keyframes that are not at one place."""
+    is_distrusted: NDArray[np.bool_] | None = None
+    """(K,) scans that are not matched again."""
+    plan_in_map: Pose | None = None
+    """(3,) of the solution."""
+
+
+class Mender:
+    """Adds manual constraints to the graph of a session."""
+
+    def __init__(self, session: Session) -> None:
+        """The session is not changed; its earlier manual constraints are left out."""
+        self._session, self._measured = session, session.as_measured
+        self._states = [_State(self._measured.map_from_keyframe, self._measured.constraints)]
+
+    def add(self, constraint: ManualConstraint, shown: Pose | None = None) -> Effect:
+        """Add a constraint and solve the graph again. Points of walls are where they are in the map with its
+        keyframes at ``shown`` (K, 3), by default the session's.
+
+        Raises RefusedConstraintError when it cannot be right; nothing is changed then.
+        """
+        before = self._states[-1]
+        state = self._with(before, constraint, self._session.map_from_keyframe if shown is None else shown)
+        state = self._solved(state)
+        state = self._solved(self._matched_again(state), are_near=True)
+        self._states.append(state)
+        return effect_of(before.poses, state.poses, before.measured, state.measured, self._measured)
+
+    def undo(self) -> None:
+        """Take back the last constraint."""
+        if len(self._states) > 1:
+            self._states.pop()
+
+    def session(self) -> Session:
+        """The corrected session. If places on a floor plan are known, it is in the plan's frame."""
+        state = self._states[-1]
+        if len(self._states) == 1:
+            return self._measured
+        measured = self._measured
+        mended = replace(
+            measured,
+            map_from_keyframe=state.poses,
+            constraints=ConstraintList(
+                sorted([*state.measured, *self._manual(state)], key=lambda each: each.to_keyframe)
+            ),
+            measured=Measured(measured.map_from_keyframe, measured.constraints, ""),
+        )
+        return mended if state.plan_in_map is None else mended.moved(inverse(state.plan_in_map))
+
+    def _with(self, state: _State, constraint: ManualConstraint, shown: Pose) -> _State:
+        """The state with one more constraint, not yet solved."""
+        measured, poses = self._measured, state.poses
+        if isinstance(constraint, NotSamePlace):
+            mistaken = mistaken_ties(constraint, state.measured, measured, poses)
+            first, second = (keyframe_at(each, measured) for each in (constraint.first, constraint.second))
+            left = state.measured.chosen(np.flatnonzero(~mistaken))
+            return replace(state, measured=left, apart=(*state.apart, (first, second)))
+        if isinstance(constraint, Distrust):
+            trusted = ConstraintList(
+                sorted(
+                    without_distrusted(constraint, state.measured, measured, poses),
+                    key=lambda each: each.to_keyframe,
+                )
+            )
+            if constraint.source == "wheels":
+                return replace(state, measured=trusted)
+            are_in = keyframes_between(constraint.begin, constraint.end, measured)
+            known = state.is_distrusted
+            return replace(state, measured=trusted, is_distrusted=are_in if known is None else known | are_in)
+        if isinstance(constraint, SamePlace):
+            return replace(state, ties=(*state.ties, tie_of_same_place(constraint, measured, poses)))
+        if isinstance(constraint, Here):
+            return replace(
+                state, marks=(*state.marks, (keyframe_at(constraint.moment, measured), constraint))
+            )
+        pieces = pieces_of(constraint, measured.keyframes, shown)
+        return replace(state, walls=(*state.walls, (constraint, pieces)))
+
+    def _solved(self, state: _State, *, are_near: bool = False) -> _State:
+        """The state with its graph solved, and without loop closures that the solution contradicts."""
+        poses, plan = state.poses, state.plan_in_map
+        if state.marks and plan is None:
+            plan = plan_in_map(state.marks, compose(poses, self._measured.keyframe_from_base))
+        rounds = _ROUNDS if state.walls or state.marks else 1
+        for nth in range(rounds):
+            manual = self._manual(replace(state, poses=poses, plan_in_map=plan))
+            graph = PoseGraph(sorted([*state.measured, *manual], key=lambda each: each.to_keyframe))
+            nodes = poses if plan is None else np.concatenate([poses, plan[None]])
+            nodes = graph.optimize_finally(nodes, are_near=are_near or nth > 0)
+            poses, plan = nodes[: len(poses)], None if plan is None else nodes[-1]
+        left = graph.constraints.chosen(np.flatnonzero(~graph.constraints.are("manual")))
+        return replace(state, poses=poses, plan_in_map=plan, measured=left)
+
+    def _manual(self, state: _State) -> list[Constraint]:
+        """The manual constraints, linearized about the poses; those of a plan only while it is a node."""
+        of_walls = [
+            each
+            for constraint, pieces in state.walls
+            for each in constraints_between_walls(constraint, pieces, state.poses)
+        ]
+        of_plan: list[Constraint] = []
+        if state.plan_in_map is not None:
+            nodes = np.concatenate([state.poses, state.plan_in_map[None]])
+            of_plan = ties_to_plan(state.marks, nodes, self._measured.keyframe_from_base)
+        return [*state.ties, *of_walls, *of_plan]
+
+    def _matched_again(self, state: _State) -> _State:
+        """The state with the scans of passes matched that only now lie beside each other."""
+        measured = self._measured
+        is_kept = measured.keyframes.is_kept.copy()
+        if state.is_distrusted is not None:
+            is_kept &= ~state.is_distrusted
+        pairs = pairs_with_first_pass(state.poses, is_kept)
+        known = {(int(a), int(b)) for a, b in state.measured.ends.tolist()}
+        is_new = np.array([(int(a), int(b)) not in known for a, b in pairs.tolist()], dtype=np.bool_)
+        pairs = pairs[is_new & ~self._are_kept_apart(pairs, state)] if len(pairs) else pairs
+        matches = constrain(pairs, state.poses, measured.keyframes)
+        together = sorted([*state.measured, *matches], key=lambda each: each.to_keyframe)
+        return replace(state, measured=ConstraintList(together))
+
+    def _are_kept_apart(self, pairs: NDArray[np.int64], state: _State) -> NDArray[np.bool_]:
+        """(P,) whether keyframe pairs (P, 2) lie about moments that are not at one place."""
+        path = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(state.poses[:, :2], axis=0).T))])
+        at = np.sort(path[pairs], axis=1)
+        are_apart = np.zeros(len(pairs), dtype=np.bool_)
+        for pair in state.apart:
+            are_apart |= (np.abs(at - np.sort(path[list(pair)])) < _CUT_REACH).all(axis=1)
+        return are_apart
+
+
+def mend(
+    session: Session, constraints: Sequence[ManualConstraint]
+) -> tuple[Session, dict[int, Effect | str]]:
+    """The session with all constraints that can be; and for each, by its index, what it did, or why it was
+    refused."""
+    mender, outcomes = Mender(session), dict[int, Effect | str]()
+    for number, constraint in enumerate(constraints):
+        try:
+            outcomes[number] = mender.add(constraint)
+        except RefusedConstraintError as error:
+            outcomes[number] = str(error)
+    return mender.session(), outcomes
