@@ -1,15 +1,17 @@
 """Correct a map by hand: one manual constraint at a time, each solved with the whole graph. The method is on
 this page."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.mapping import schedule
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.graph.pose_graph import PoseGraph
-from racecar.mapping.keyframes.constraints import constrain
+from racecar.mapping.keyframes.constraints import LOOKBACK, constrain
+from racecar.mapping.keyframes.final_optimization import mean_bend
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
 from racecar.mapping.mending.cuts import mistaken_ties, without_distrusted
 from racecar.mapping.mending.effect import Effect, effect_of
@@ -25,7 +27,6 @@ from racecar.mapping.mending.manual_constraints import (
     Straight,
 )
 from racecar.mapping.mending.moments import keyframe_at, keyframes_between
-from racecar.mapping.mending.refused import RefusedConstraintError
 from racecar.mapping.mending.same_place import tie_of_same_place
 from racecar.mapping.mending.walls import WallPiece, constraints_between_walls, pieces_of
 from racecar.mapping.session.measured import Measured
@@ -47,13 +48,17 @@ class _State:
     poses: Pose
     """(K, 3)"""
     measured: ConstraintList
-    """What is left of what scans and wheels measured, and what was matched since."""
+    """What is left of what scans and wheels measured."""
+    matches: tuple[Constraint, ...] = ()
+    """Between passes that lie beside each other in the corrected map."""
     ties: tuple[Constraint, ...] = ()
     """Between moments at the same place."""
     walls: tuple[tuple[Distance | Straight | RightAngle, list[WallPiece]], ...] = ()
     marks: tuple[Mark, ...] = ()
     apart: tuple[tuple[int, int], ...] = ()
     """Pairs of keyframes that are not at one place."""
+    solved: ConstraintList = field(default_factory=ConstraintList)
+    """All constraints of the solution, without loop closures that it contradicts."""
     is_distrusted: NDArray[np.bool_] | None = None
     """(K,) scans that are not matched again."""
     plan_in_map: Pose | None = None
@@ -77,7 +82,11 @@ class Mender:
         before = self._states[-1]
         state = self._with(before, constraint, self._session.map_from_keyframe if shown is None else shown)
         state = self._solved(state)
-        state = self._solved(self._matched_again(state), are_near=True)
+        for _ in range(schedule.FINAL_ROUNDS):  # a match may be wrong until others pull it to where it fits
+            poses = state.poses
+            state = self._solved(replace(state, matches=self._matches_between_passes(state)), are_near=True)
+            if mean_bend(poses, state.poses, max(LOOKBACK)) < schedule.SETTLED_BEND:
+                break
         self._states.append(state)
         return effect_of(before.poses, state.poses, before.measured, state.measured, self._measured)
 
@@ -95,9 +104,7 @@ class Mender:
         mended = replace(
             measured,
             map_from_keyframe=state.poses,
-            constraints=ConstraintList(
-                sorted([*state.measured, *self._manual(state)], key=lambda each: each.to_keyframe)
-            ),
+            constraints=state.solved,
             measured=Measured(measured.map_from_keyframe, measured.constraints, ""),
         )
         return mended if state.plan_in_map is None else mended.moved(inverse(state.plan_in_map))
@@ -112,10 +119,7 @@ class Mender:
             return replace(state, measured=left, apart=(*state.apart, (first, second)))
         if isinstance(constraint, Distrust):
             trusted = ConstraintList(
-                sorted(
-                    without_distrusted(constraint, state.measured, measured, poses),
-                    key=lambda each: each.to_keyframe,
-                )
+                _in_order(without_distrusted(constraint, state.measured, measured, poses))
             )
             if constraint.source == "wheels":
                 return replace(state, measured=trusted)
@@ -139,12 +143,11 @@ class Mender:
         rounds = _ROUNDS if state.walls or state.marks else 1
         for nth in range(rounds):
             manual = self._manual(replace(state, poses=poses, plan_in_map=plan))
-            graph = PoseGraph(sorted([*state.measured, *manual], key=lambda each: each.to_keyframe))
+            graph = PoseGraph(_in_order([*state.measured, *state.matches, *manual]))
             nodes = poses if plan is None else np.concatenate([poses, plan[None]])
             nodes = graph.optimize_finally(nodes, are_near=are_near or nth > 0)
             poses, plan = nodes[: len(poses)], None if plan is None else nodes[-1]
-        left = graph.constraints.chosen(np.flatnonzero(~graph.constraints.are("manual")))
-        return replace(state, poses=poses, plan_in_map=plan, measured=left)
+        return replace(state, poses=poses, plan_in_map=plan, solved=graph.constraints)
 
     def _manual(self, state: _State) -> list[Constraint]:
         """The manual constraints, linearized about the poses; those of a plan only while it is a node."""
@@ -159,8 +162,8 @@ class Mender:
             of_plan = ties_to_plan(state.marks, nodes, self._measured.keyframe_from_base)
         return [*state.ties, *of_walls, *of_plan]
 
-    def _matched_again(self, state: _State) -> _State:
-        """The state with the scans of passes matched that only now lie beside each other."""
+    def _matches_between_passes(self, state: _State) -> tuple[Constraint, ...]:
+        """Matches of passes that lie beside each other only now."""
         measured = self._measured
         is_kept = measured.keyframes.is_kept.copy()
         if state.is_distrusted is not None:
@@ -169,9 +172,7 @@ class Mender:
         known = {(int(a), int(b)) for a, b in state.measured.ends.tolist()}
         is_new = np.array([(int(a), int(b)) not in known for a, b in pairs.tolist()], dtype=np.bool_)
         pairs = pairs[is_new & ~self._are_kept_apart(pairs, state)] if len(pairs) else pairs
-        matches = constrain(pairs, state.poses, measured.keyframes)
-        together = sorted([*state.measured, *matches], key=lambda each: each.to_keyframe)
-        return replace(state, measured=ConstraintList(together))
+        return tuple(constrain(pairs, state.poses, measured.keyframes))
 
     def _are_kept_apart(self, pairs: NDArray[np.int64], state: _State) -> NDArray[np.bool_]:
         """(P,) whether keyframe pairs (P, 2) lie about moments that are not at one place."""
@@ -183,15 +184,5 @@ class Mender:
         return are_apart
 
 
-def mend(
-    session: Session, constraints: Sequence[ManualConstraint]
-) -> tuple[Session, dict[int, Effect | str]]:
-    """The session with all constraints that can be; and for each, by its index, what it did, or why it was
-    refused."""
-    mender, outcomes = Mender(session), dict[int, Effect | str]()
-    for number, constraint in enumerate(constraints):
-        try:
-            outcomes[number] = mender.add(constraint)
-        except RefusedConstraintError as error:
-            outcomes[number] = str(error)
-    return mender.session(), outcomes
+def _in_order(constraints: Iterable[Constraint]) -> list[Constraint]:
+    return sorted(constraints, key=lambda each: each.to_keyframe)

@@ -36,7 +36,12 @@ def forget_outdated(session: Session) -> Session:
         return session
     remains = showing_more(session.rays, session.map_from_keyframe, remains)
     constraints = contracted(session.constraints, session.map_from_keyframe, remains)
-    return replace(session.only(remains), constraints=constraints)
+    left = replace(session.only(remains), constraints=constraints)
+    if session.measured is None or left.measured is None:
+        return left
+    known = session.measured
+    measured = contracted(known.constraints, known.map_from_keyframe, remains)
+    return replace(left, measured=replace(left.measured, constraints=measured))
 
 
 def _drives_later(session: Session) -> NDArray[np.int64]:

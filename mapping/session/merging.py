@@ -12,6 +12,7 @@ from racecar.mapping.keyframes.constraints import constrain
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
+from racecar.mapping.session.measured import Measured
 from racecar.mapping.session.place_recognition import recognize
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose, compose, inverse
@@ -45,7 +46,8 @@ def merge(earlier: EarlierMap, later: Session, *, is_newer: bool = True) -> Sess
     poses, places = merged.map_from_keyframe, earlier.find_places(later)
     recognized = recognize(closer, known, first, poses, places, is_given=earlier.is_start_given)
     merged.map_from_keyframe[first:] = _moved(merged.map_from_keyframe, first, recognized)
-    return _close_loops(merged, first, known, recognized, closer)
+    joined = _close_loops(merged, first, known, recognized, closer)
+    return replace(joined, measured=_measured(earlier.session, later, joined))
 
 
 def _side_by_side(earlier: Session, later: Session, *, is_newer: bool) -> Session:
@@ -67,6 +69,20 @@ def _side_by_side(earlier: Session, later: Session, *, is_newer: bool) -> Sessio
         earlier.loops.followed_by(later.loops),
         earlier.times.followed_by(later.times, is_newer=is_newer),
     )
+
+
+def _measured(earlier: Session, later: Session, joined: Session) -> Measured | None:
+    """What was measured of both, and between them; None if neither was corrected by hand."""
+    if earlier.measured is None and later.measured is None:
+        return None
+    first = len(earlier.keyframes)
+    apart = _side_by_side(earlier.as_measured, later.as_measured, is_newer=True)
+    joined_from_later = compose(joined.map_from_keyframe[first], inverse(later.map_from_keyframe[0]))
+    poses = apart.map_from_keyframe
+    poses[first:] = compose(joined_from_later, poses[first:])
+    is_between = (joined.constraints.ends < first).sum(axis=1) == 1
+    between_both = joined.constraints.chosen(np.flatnonzero(is_between))
+    return Measured(poses, ConstraintList([*apart.constraints, *between_both]), "")
 
 
 def _moved(poses: Pose, first: int, recognized: list[Hypothesis]) -> Pose:

@@ -46,4 +46,4 @@ def render(
     drawn.save(out, requested)
     width, height = drawn.result.tiled.metres
     done = f"Rendered a map of {width:.0f} × {height:.0f} m in {drawn.report.seconds:.1f} s."
-    ending.end(drawn.report, [done], out, "map.png")
+    ending.end(drawn.report, [done], out, "map.png", drawn.quality.summary)

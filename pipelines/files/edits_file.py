@@ -80,7 +80,7 @@ class MapEdits:
         if new_from_map is None or not self.entries:
             return self
         return self._made_of(
-            entry.moved(new_from_map) if isinstance(entry, Edit) else moved(entry, new_from_map)
+            _as_written(entry.moved(new_from_map)) if isinstance(entry, Edit) else moved(entry, new_from_map)
             for entry in self.entries
         )
 
@@ -88,7 +88,8 @@ class MapEdits:
         """A copy on a map that was bent: ``carry`` takes places (N, 2) from the old map to the new one."""
         if not any(isinstance(entry, Edit) or points_in(entry) is not None for entry in self.entries):
             return self
-        return self._made_of(_carried(entry, carry) for entry in self.entries)
+        entries = tuple(_carried(entry, carry) for entry in self.entries)
+        return MapEdits(entries, _as_text(entries))
 
     def in_recordings_from(self, first: int) -> "MapEdits":
         """A copy where the recordings of its map are numbered from ``first`` on, as in a merged one."""
@@ -222,9 +223,14 @@ def _check_polygon(points: NDArray[np.float64], kind: EditKind, where: str) -> N
 
 def _carried(entry: Entry, carry: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> Entry:
     if isinstance(entry, Edit):
-        return replace(entry, points=carry(entry.points))
+        return _as_written(replace(entry, points=carry(entry.points)))
     points = points_in(entry)
     return entry if points is None else with_points(entry, carry(points))
+
+
+def _as_written(edit: Edit) -> Edit:
+    """With the digits of the file, so that it is drawn the same when it was read again."""
+    return replace(edit, points=np.round(edit.points, _DIGITS))
 
 
 def _changed_or_new(change: Callable[[], str], entries: Sequence[Entry]) -> str:

@@ -124,9 +124,7 @@ MAP_OUTPUTS = (
         ),
     ),
     MapOutputKind(("map.png",), _write_picture, package="matplotlib"),
-    MapOutputKind(
-        (SESSION_FILE,), lambda run, folder: save_session(run.result.session, folder / SESSION_FILE)
-    ),
+    MapOutputKind((SESSION_FILE,), lambda run, folder: save_session(run.session, folder / SESSION_FILE)),
     MapOutputKind(("points.ply",), _write_points, only_on_request=True, require=require_open3d),
     MapOutputKind(("map_image.png",), _write_image, only_on_request=True),
     MapOutputKind(("walls.svg",), _write_svg, only_on_request=True, reads_image=True),

@@ -11,6 +11,7 @@ import numpy as np
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.merging import EarlierMap
+from racecar.mapping.session.session import Session
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, between
@@ -66,6 +67,14 @@ class MapRun:
         """The car at each scan: ``stamps`` (N,) in nanoseconds, ``map_from_base`` (N, 3) in metres, metres
         and radians."""
         return self.result.trajectory
+
+    @property
+    def session(self) -> Session:
+        """What a later drive needs to extend the map; it remembers the manual constraints among the edits."""
+        session = self.result.session
+        if session.measured is None:
+            return session
+        return replace(session, measured=replace(session.measured, mended_by=self.edits.constraints_text))
 
     @property
     def quality(self) -> MapQuality:

@@ -17,12 +17,12 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.config_file import Config, ConfigSource, load_config
-from racecar.pipelines.files.edits_file import MapEdits, edits_beside
+from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import Inputs, read_report
-from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.runs.bag_reading import opened_bag
 from racecar.pipelines.runs.calibration_run import calibrate
+from racecar.pipelines.runs.corrected_session import CorrectedSession, load_corrected
 from racecar.pipelines.runs.interrupts import StopRequest, stop_request
 from racecar.pipelines.runs.map_cautions import cautions_of_fixed_returns, cautions_of_resolution
 from racecar.pipelines.runs.map_run import MapRun, finish_map
@@ -83,8 +83,8 @@ def build_map(
     """
     report, mapping = context.report, config.mapping
     report.add("inputs", {"seed": seed, "settings": mapping.model_dump()})
-    edits = MapEdits() if continued is None else edits_beside(continued)  # reports their mistakes at once
-    earlier = _earlier_map(reader, config, report, continued, initial_pose, seed)
+    known = None if continued is None else load_corrected(continued, context)
+    earlier = _earlier_map(reader, config, report, known, initial_pose, seed)
     if learns_sensors:
         with report.stage("self-calibration"):
             calibrate(reader, context)
@@ -119,6 +119,7 @@ def build_map(
         report.add("moving_along", left_out.as_dict())
     for sentence in [*cautions_of_fixed_returns(left_out), *cautions_of_resolution(mapping.resolution)]:
         report.warn(sentence)
+    edits = MapEdits() if known is None else known.edits.in_recordings_from(0)
     return replace(run, edits=edits, source=continued)
 
 
@@ -126,7 +127,7 @@ def _earlier_map(
     reader: BagReader,
     config: Config,
     report: Report,
-    continued: Path | None,
+    continued: CorrectedSession | None,
     initial_pose: Sequence[float] | None,
     seed: int,
 ) -> EarlierMap | None:
@@ -137,12 +138,13 @@ def _earlier_map(
                 "An initial pose is a place on the map that is extended (--continue); give both, or neither."
             )
         return None
-    report.add("inputs", {"continue": continued, "initial_pose": initial_pose})
+    folder = continued.folder
+    report.add("inputs", {"continue": folder, "initial_pose": initial_pose})
     start = None if initial_pose is None else np.array(initial_pose, dtype=np.float64)
-    earlier = found_on(load_session(continued), config, seed, start)
-    if Inputs.model_validate(reader.inputs).is_within(read_report(continued).inputs):
+    earlier = found_on(continued.session, config, seed, start)
+    if Inputs.model_validate(reader.inputs).is_within(read_report(folder).inputs):
         report.warn(
-            f"{continued} is of this recording already, which now counts twice: extend it by another drive."
+            f"{folder} is of this recording already, which now counts twice: extend it by another drive."
         )
     return earlier
 

@@ -13,9 +13,9 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose, inverse
 from racecar.pipelines.files.config_file import Config
-from racecar.pipelines.files.edits_file import edits_beside, edits_together
+from racecar.pipelines.files.edits_file import MapEdits, edits_together
 from racecar.pipelines.files.run_report import read_report
-from racecar.pipelines.files.session_file import load_session
+from racecar.pipelines.runs.corrected_session import CorrectedSession, load_corrected
 from racecar.pipelines.runs.map_run import NO_TRAJECTORY, MapRun, frame_figures
 from racecar.pipelines.runs.place_finding import found_on
 from racecar.pipelines.runs.run_context import RunContext
@@ -31,7 +31,8 @@ def merge_runs(folders: Sequence[Path], config: Config, context: RunContext, see
     report, mapping = context.report, config.mapping
     report.add("inputs", {"settings": mapping.model_dump()})
     with report.stage("reading"):
-        sessions = {folder: load_session(folder) for folder in folders}
+        corrected = {folder: load_corrected(folder, context) for folder in folders}
+        sessions = {folder: each.session for folder, each in corrected.items()}
     with report.stage("merging"):
         session, frames, left_out = _merged(sessions, config, seed)
     for folder, why in left_out.items():
@@ -60,9 +61,18 @@ def merge_runs(folders: Sequence[Path], config: Config, context: RunContext, see
         MappingResult(session, drawn.tiled, mapping.rendering, NO_TRAJECTORY, quality),
         report,
         title=" + ".join(folder.absolute().name for folder in frames),
-        edits=edits_together([edits_beside(folder).moved(frame) for folder, frame in frames.items()]),
+        edits=_edits_of(corrected, frames),
         source=folders[0],
     )
+
+
+def _edits_of(corrected: dict[Path, CorrectedSession], frames: dict[Path, Pose]) -> MapEdits:
+    """The edits of all joined maps, in the common frame."""
+    parts, recordings = [], 0
+    for folder, frame in frames.items():
+        parts.append(corrected[folder].edits.moved(frame).in_recordings_from(recordings))
+        recordings += len(corrected[folder].session.times.recordings)
+    return edits_together(parts)
 
 
 def _merged(

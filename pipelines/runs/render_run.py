@@ -14,11 +14,11 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, compose
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.files.edits_file import edits_beside, load_edits
+from racecar.pipelines.files.edits_file import load_edits
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import REPORT_FILE, Quality, read_report
-from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs.corrected_session import load_corrected
 from racecar.pipelines.runs.map_run import NO_TRAJECTORY, MapRun, frame_figures
 from racecar.pipelines.runs.run_context import RunContext
 
@@ -41,10 +41,12 @@ def render_run(
     Raises UserError when there is nothing to read, or when the settings leave nothing to draw.
     """
     report = context.report
-    edits = edits_beside(source) if edits_file is None else load_edits(edits_file)
     with report.stage("reading"):
-        session = load_session(source)
-        trajectory = _trajectory(source, session, report)
+        corrected = load_corrected(source, context, None if edits_file is None else load_edits(edits_file))
+        session, edits, bent = corrected.session, corrected.edits, corrected.deformation
+        trajectory = _trajectory(source, session if bent is None else bent.before, report)
+        if bent is not None:
+            trajectory = bent.trajectory(trajectory)
     with report.stage("rendering"):
         drawn = draw_map(Views.of(session), session.keyframes, config.resolution, config.rendering)
     if drawn.disregarded:
@@ -65,14 +67,15 @@ def render_run(
     for section, values in carried_over.items():
         report.add(section, values)
     report.add(
-        "inputs", {"rendered_from": source, "settings": config.model_dump(), "edits": len(edits.edits)}
+        "inputs", {"rendered_from": source, "settings": config.model_dump(), "edits": len(edits.entries)}
     )
     frame = frame_figures(IDENTITY if move is None else move)
     report.add("result", {"map_metres": list(drawn.tiled.metres), "frame_of_source": frame})
     title = source.absolute().name
-    quality = _known_quality(earlier.quality, title)
+    quality = _known_quality(earlier.quality, title) if bent is None else None
     if quality is None:
         quality = judge(FinishedMap(session), config.quality)
+        report.add("quality", quality.as_dict())
     result = MappingResult(session, drawn.tiled, config.rendering, trajectory, quality)
     return MapRun(result, report, title, edits, source=edits_file or source)
 
