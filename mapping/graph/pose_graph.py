@@ -4,7 +4,8 @@ Scan matches and loop closures have a Cauchy loss that is annealed (graduated no
 Zisserman, 1987). It is wide at first, so that correct ones far from the estimate still pull together, and
 narrow in the end, so that false ones lose their influence. Wheels have a Huber loss over steps with a scan
 match, so that they yield where they slip. Where wheels are all there is, a robust chain would tear at one
-edge instead of distributing the error.
+edge instead of distributing the error; so would the matches along the path where a manual constraint pulls at
+a keyframe, and they have the convex Huber loss then.
 """
 
 from collections.abc import Iterable, Sequence
@@ -31,6 +32,9 @@ whose first wheel steps turned too far: with 1 a wall is drawn twice, with 5 as 
 _WHEEL_LOSS_WIDTH = 1.345
 """Width of the wheels' Huber loss where scans were matched too: 95 % efficient for Gaussian errors (Huber,
 1981)."""
+_ALONG_PATH = 39
+"""Keyframes up to which two belong to one pass, as in `racecar.mapping.keyframes.first_pass`, because matches
+along the path hold it together."""
 _TOLERANCE, _ROUGH_TOLERANCE = 1e-4, 1e-3
 """Relative decrease of the error at which Levenberg-Marquardt stops, at the end and during the drive, because
 then centimetres suffice; chosen by judgement."""
@@ -131,9 +135,11 @@ class PoseGraph:
         graph, are_matched = gtsam.NonlinearFactorGraph(), _matched_steps(among, len(poses))
         of_matches = _Loss.Cauchy.Create(match_width)
         of_wheels = _Loss.Huber.Create(_WHEEL_LOSS_WIDTH)
+        of_path = of_wheels if any(c.kind == "manual" for c in among) else of_matches
         for c in among:
             if c.kind == "scan_matching":
-                graph.add(_factor(c, of_matches, poses, first))
+                is_along_path = abs(c.to_keyframe - c.from_keyframe) <= _ALONG_PATH
+                graph.add(_factor(c, of_path if is_along_path else of_matches, poses, first))
             elif c.kind == "manual":
                 graph.add(_factor(c, None, poses, first))
             elif c.kind == "odometry":

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from racecar.mapping.graph.constraint import ConstraintList
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 
 SAME_PASS = 39
@@ -39,6 +40,15 @@ def pairs_with_first_pass(map_from_keyframe: Pose, is_kept: NDArray[np.bool_]) -
         for k in _of_first_pass(later, chosen, poses, tree)
     ]
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def are_between_passes(constraints: ConstraintList, recordings: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """(C,) whether a constraint connects two passes by their scans; keyframes are of ``recordings`` (K,)."""
+    ends = constraints.ends
+    are_apart = np.abs(ends[:, 1] - ends[:, 0]) > SAME_PASS
+    are_apart |= recordings[ends[:, 0]] != recordings[ends[:, 1]]
+    are: NDArray[np.bool_] = are_apart & ~constraints.are("odometry")
+    return are
 
 
 def _of_first_pass(later: int, keyframes: NDArray[np.int64], poses: Pose, tree: cKDTree) -> NDArray[np.int64]:

@@ -71,6 +71,22 @@ class LoopHistory:
         """Concatenated submaps, see `SubmapGraph.followed_by`, without hypotheses."""
         return LoopHistory(self.graph.followed_by(later.graph))
 
+    def with_tie(self, first: int, second: int) -> "LoopHistory":
+        """A copy in which the submaps nearest to two keyframes are connected."""
+        copy = self.frozen()
+        if copy.submaps:
+            ends = (copy.graph.submap_near(keyframe) for keyframe in (first, second))
+            copy.graph.close(*(copy.submaps[k] for k in ends))
+        return copy
+
+    def without(self, ends: NDArray[np.int32]) -> "LoopHistory":
+        """A copy without the loops between keyframes (N, 2)."""
+        gone = {tuple(sorted(pair)) for pair in ends.tolist()}
+        hypotheses = [
+            h for h in self.hypotheses if tuple(sorted((h.fixed.middle, h.moving.middle))) not in gone
+        ]
+        return LoopHistory(self.graph.without(gone), hypotheses, dict(self.log))
+
     def only(self, remains: NDArray[np.bool_]) -> "LoopHistory":
         """The part for the remaining keyframes (K,), with submaps and hypotheses that are complete."""
         graph, number = self.graph.only(remains)

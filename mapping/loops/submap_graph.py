@@ -1,7 +1,8 @@
 """The graph of submaps: how far each may have drifted relative to any other."""
 
 from array import array
-from dataclasses import dataclass, field
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,6 +107,21 @@ class SubmapGraph:
     def close(self, fixed: Submap, moving: Submap) -> None:
         """Connect two submaps by a loop closure."""
         self.edges.extend((fixed.index, moving.index, 1))
+
+    def without(self, ends: Collection[tuple[int, ...]]) -> "SubmapGraph":
+        """A copy without closures between submaps with these centres."""
+        middles = self.middles()
+        edges = np.reshape(self.edges, (-1, 3))
+        pairs = np.sort(middles[edges[:, :2]], axis=1).tolist() if len(edges) else []
+        stays = [
+            not (edge[2] and tuple(pair) in ends) for edge, pair in zip(edges.tolist(), pairs, strict=True)
+        ]
+        left = edges[np.array(stays, dtype=np.bool_)] if len(edges) else edges
+        return replace(self.copy(), edges=array("l", left.ravel().tolist()))
+
+    def submap_near(self, keyframe: int) -> int:
+        """Index of the submap whose centre is nearest to a keyframe."""
+        return int(np.argmin(np.abs(self.middles() - keyframe)))
 
     def middles(self) -> NDArray[np.int64]:
         """(S,) centre keyframe of each submap."""

@@ -7,8 +7,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
-from racecar.mapping.keyframes.first_pass import SAME_PASS
-from racecar.mapping.mending.manual_constraints import Distrust, NotSamePlace
+from racecar.mapping.keyframes.first_pass import are_between_passes
+from racecar.mapping.mending.manual_constraints import Distrust, Moment, NotSamePlace
 from racecar.mapping.mending.moments import keyframe_at, keyframes_between
 from racecar.mapping.mending.refused import RefusedConstraintError
 from racecar.mapping.session.session import Session
@@ -22,16 +22,6 @@ _LOOSE = np.eye(3) / 0.5**2
 the spacing of keyframes."""
 
 
-def ties_between_passes(constraints: ConstraintList, session: Session) -> NDArray[np.bool_]:
-    """(C,) whether it connects two passes, or two recordings, by their scans."""
-    ends = constraints.ends
-    are_apart = np.abs(ends[:, 1] - ends[:, 0]) > SAME_PASS
-    numbers = session.times.numbers[ends]
-    are_measured = constraints.are("scan_matching") | constraints.are("loop_closure")
-    are: NDArray[np.bool_] = are_measured & (are_apart | (numbers[:, 0] != numbers[:, 1]))
-    return are
-
-
 def mistaken_ties(
     constraint: NotSamePlace, constraints: ConstraintList, session: Session, poses: Pose
 ) -> NDArray[np.bool_]:
@@ -39,7 +29,7 @@ def mistaken_ties(
     RefusedConstraintError when there are none."""
     named = [keyframe_at(moment, session) for moment in (constraint.first, constraint.second)]
     path = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
-    ties = np.flatnonzero(ties_between_passes(constraints, session))
+    ties = np.flatnonzero(are_between_passes(constraints, session.times.numbers))
     at = np.concatenate([np.sort(path[constraints.ends[ties]], axis=1), np.sort(path[named])[None]])
     pairs = cKDTree(at).query_pairs(_ONE_STRETCH, p=np.inf, output_type="ndarray")
     linked = coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(len(at), len(at)))
@@ -47,11 +37,27 @@ def mistaken_ties(
     mistaken = np.zeros(len(constraints), dtype=np.bool_)
     mistaken[ties[of[:-1] == of[-1]]] = True
     if not mistaken.any():
-        raise RefusedConstraintError(
-            f"Nothing ties {constraint.first.seconds:.1f} s to {constraint.second.seconds:.1f} s: the map "
-            "does not take them for one place. Wheels or scans in between may be wrong (distrust)."
-        )
+        raise _nothing_is_cut(constraint, constraints.ends[ties], at, session)
     return mistaken
+
+
+def _nothing_is_cut(
+    constraint: NotSamePlace, ends: NDArray[np.int32], at: NDArray[np.float64], session: Session
+) -> RefusedConstraintError:
+    """Names the nearest of the ties between keyframes (N, 2), which lie ``at`` metres of path (N + 1, 2), the
+    named moments last."""
+    named = f"{constraint.first.seconds:.1f} s to {constraint.second.seconds:.1f} s"
+    why = f"Nothing ties {named}: the map does not take them for one place."
+    if len(ends) == 0:
+        return RefusedConstraintError(f"{why} Wheels or scans in between may be wrong (distrust).")
+    times = session.times
+    nearest = np.sort(ends[np.argmin(np.abs(at[:-1] - at[-1]).sum(axis=1))])
+    first, second = (Moment(float(times.seconds[k]), int(times.numbers[k])) for k in nearest)
+    return RefusedConstraintError(
+        f"{why} The nearest tie is of {first.seconds:.1f} s and {second.seconds:.1f} s: name these if they "
+        "are two places.",
+        (first, second),
+    )
 
 
 def without_distrusted(

@@ -8,7 +8,7 @@ from racecar.mapping.graph.constraint import ConstraintList
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose, between
 
-_MOVED = 0.05
+SHIFT = 0.05
 """Metres from which a keyframe was moved: a cell of the map, by definition of what is seen."""
 _CONTRADICTED = (0.15, 0.03)
 """Metres and radians by which a match or loop closure is contradicted. Chosen by judgement: three cells of
@@ -61,7 +61,7 @@ def effect_of(
     remain = set(map(tuple, left.ends.tolist()))
     is_cut = np.array([tuple(pair) not in remain for pair in known.ends.tolist()], dtype=np.bool_)
     return Effect(
-        float(steps[shifts >= _MOVED].sum()),
+        float(steps[shifts >= SHIFT].sum()),
         float(shifts.max()),
         int(np.sum(contradicted_after & ~contradicted_before & ~is_cut)),
         int(np.sum(~contradicted_after & contradicted_before & ~is_cut)),

@@ -13,8 +13,10 @@ from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.keyframes.constraints import LOOKBACK, constrain
 from racecar.mapping.keyframes.final_optimization import mean_bend
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
+from racecar.mapping.loops.loop_closure import LoopCloser
+from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.mending.cuts import mistaken_ties, without_distrusted
-from racecar.mapping.mending.effect import Effect, effect_of
+from racecar.mapping.mending.effect import SHIFT, Effect, effect_of
 from racecar.mapping.mending.floor_plan_frame import Mark, plan_in_map, ties_to_plan
 from racecar.mapping.mending.manual_constraints import (
     Distance,
@@ -49,6 +51,9 @@ class _State:
     """(K, 3)"""
     measured: ConstraintList
     """What is left of what scans and wheels measured."""
+    history: LoopHistory
+    loops: tuple[Constraint, ...] = ()
+    """Closures found in the corrected map."""
     matches: tuple[Constraint, ...] = ()
     """Between passes that lie beside each other in the corrected map."""
     ties: tuple[Constraint, ...] = ()
@@ -71,7 +76,8 @@ class Mender:
     def __init__(self, session: Session) -> None:
         """The session is not changed; its earlier manual constraints are left out."""
         self._session, self._measured = session, session.as_measured
-        self._states = [_State(self._measured.map_from_keyframe, self._measured.constraints)]
+        known = self._measured
+        self._states = [_State(known.map_from_keyframe, known.constraints, known.loops)]
 
     def add(self, constraint: ManualConstraint, shown: Pose | None = None) -> Effect:
         """Add a constraint and solve the graph again. Points of walls are where they are in the map with its
@@ -82,11 +88,8 @@ class Mender:
         before = self._states[-1]
         state = self._with(before, constraint, self._session.map_from_keyframe if shown is None else shown)
         state = self._solved(state)
-        for _ in range(schedule.FINAL_ROUNDS):  # a match may be wrong until others pull it to where it fits
-            poses = state.poses
-            state = self._solved(replace(state, matches=self._matches_between_passes(state)), are_near=True)
-            if mean_bend(poses, state.poses, max(LOOKBACK)) < schedule.SETTLED_BEND:
-                break
+        if np.hypot(*(state.poses - before.poses)[:, :2].T).max() > SHIFT:
+            state = self._matched_again(self._with_loops_closed(state))
         self._states.append(state)
         return effect_of(before.poses, state.poses, before.measured, state.measured, self._measured)
 
@@ -116,7 +119,8 @@ class Mender:
             mistaken = mistaken_ties(constraint, state.measured, measured, poses)
             first, second = (keyframe_at(each, measured) for each in (constraint.first, constraint.second))
             left = state.measured.chosen(np.flatnonzero(~mistaken))
-            return replace(state, measured=left, apart=(*state.apart, (first, second)))
+            history = state.history.without(state.measured.ends[mistaken])
+            return replace(state, measured=left, history=history, apart=(*state.apart, (first, second)))
         if isinstance(constraint, Distrust):
             trusted = ConstraintList(
                 _in_order(without_distrusted(constraint, state.measured, measured, poses))
@@ -127,7 +131,9 @@ class Mender:
             known = state.is_distrusted
             return replace(state, measured=trusted, is_distrusted=are_in if known is None else known | are_in)
         if isinstance(constraint, SamePlace):
-            return replace(state, ties=(*state.ties, tie_of_same_place(constraint, measured, poses)))
+            tie = tie_of_same_place(constraint, measured, poses)
+            history = state.history.with_tie(tie.from_keyframe, tie.to_keyframe)
+            return replace(state, ties=(*state.ties, tie), history=history)
         if isinstance(constraint, Here):
             return replace(
                 state, marks=(*state.marks, (keyframe_at(constraint.moment, measured), constraint))
@@ -143,7 +149,7 @@ class Mender:
         rounds = _ROUNDS if state.walls or state.marks else 1
         for nth in range(rounds):
             manual = self._manual(replace(state, poses=poses, plan_in_map=plan))
-            graph = PoseGraph(_in_order([*state.measured, *state.matches, *manual]))
+            graph = PoseGraph(_in_order([*state.measured, *state.loops, *state.matches, *manual]))
             nodes = poses if plan is None else np.concatenate([poses, plan[None]])
             nodes = graph.optimize_finally(nodes, are_near=are_near or nth > 0)
             poses, plan = nodes[: len(poses)], None if plan is None else nodes[-1]
@@ -162,6 +168,36 @@ class Mender:
             of_plan = ties_to_plan(state.marks, nodes, self._measured.keyframe_from_base)
         return [*state.ties, *of_walls, *of_plan]
 
+    def _matched_again(self, state: _State) -> _State:
+        """The state with scans of neighbouring passes matched, until the path is settled: at first some match
+        wrongly."""
+        for _ in range(schedule.FINAL_ROUNDS):
+            poses = state.poses
+            state = self._solved(replace(state, matches=self._matches_between_passes(state)), are_near=True)
+            if mean_bend(poses, state.poses, max(LOOKBACK)) < schedule.SETTLED_BEND:
+                break
+        return state
+
+    def _with_loops_closed(self, state: _State) -> _State:
+        """The state with loops closed that come within reach only now, from the last tie outwards."""
+        history = state.history.frozen()
+        closer = LoopCloser(self._measured.keyframes, history)
+        tied = [*state.measured, *state.loops, *self._manual(replace(state, plan_in_map=None))]
+        graph, groups, poses = PoseGraph(_in_order(tied)), history.graph.groups(), state.poses
+        start = history.graph.submap_near(state.ties[-1].to_keyframe) if state.ties else 0
+        found: list[Constraint] = []
+        for query in sorted(range(len(history.submaps)), key=lambda k: abs(k - start)):
+            closures = closer.search(query, query, poses)
+            ends = np.array([(c.from_keyframe, c.to_keyframe) for c in closures], dtype=np.int64).reshape(
+                -1, 2
+            )
+            are_apart = self._are_kept_apart(ends, state)
+            closures = [each for each, is_apart in zip(closures, are_apart, strict=True) if not is_apart]
+            poses = graph.close(closures, poses, groups)
+            found += closures
+        closed = replace(state, poses=poses, loops=(*state.loops, *found), history=history)
+        return self._solved(closed, are_near=True) if found else state
+
     def _matches_between_passes(self, state: _State) -> tuple[Constraint, ...]:
         """Matches of passes that lie beside each other only now."""
         measured = self._measured
@@ -174,7 +210,7 @@ class Mender:
         pairs = pairs[is_new & ~self._are_kept_apart(pairs, state)] if len(pairs) else pairs
         return tuple(constrain(pairs, state.poses, measured.keyframes))
 
-    def _are_kept_apart(self, pairs: NDArray[np.int64], state: _State) -> NDArray[np.bool_]:
+    def _are_kept_apart(self, pairs: NDArray[np.integer], state: _State) -> NDArray[np.bool_]:
         """(P,) whether keyframe pairs (P, 2) lie about moments that are not at one place."""
         path = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(state.poses[:, :2], axis=0).T))])
         at = np.sort(path[pairs], axis=1)

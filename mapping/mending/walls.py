@@ -23,6 +23,8 @@ by judgement: a corridor is wider."""
 _PIECE = 1.5
 """Metres about a point from which the direction of its wall is taken. Chosen by judgement: longer than door
 frames, shorter than walls."""
+_OFF_LINE = 0.05
+"""Metres from its line within which a return is of a wall. Chosen by judgement: a cell of the map."""
 _LEAST_POINTS = 6
 """Returns that show a direction, because fewer may lie in line by chance."""
 _SPACING = 2.0
@@ -112,7 +114,7 @@ def _piece_at(
         k = int(np.argmin(apart)) if len(apart) else 0
         if len(apart) == 0 or apart[k] >= nearest:
             continue
-        direction = _direction(seen[np.hypot(*(seen - seen[k]).T) < _PIECE])
+        direction = _direction(seen, seen[k])
         if direction is None or (along is not None and abs(direction @ along) < _LEAST_ALONG):
             continue
         in_keyframe = inverse(shown[keyframe])
@@ -126,11 +128,19 @@ def _piece_at(
     return best
 
 
-def _direction(points: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """(2,) main direction of points (N, 2); None for too few."""
-    if len(points) < _LEAST_POINTS:
+def _direction(seen: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """(2,) direction of the wall at one of the returns (N, 2): of the line through it with most of those near
+    it, fitted to these; None when they are too few."""
+    near = seen[np.hypot(*(seen - at).T) < _PIECE] - at
+    candidates = near[np.hypot(*near.T) > 0.1 * _PIECE]
+    if len(candidates) == 0:
         return None
-    _, _, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    across = np.column_stack([-candidates[:, 1], candidates[:, 0]]) / np.hypot(*candidates.T)[:, None]
+    are_on_line = np.abs(near @ across.T) < _OFF_LINE
+    on_line = near[are_on_line[:, int(np.argmax(are_on_line.sum(axis=0)))]]
+    if len(on_line) < _LEAST_POINTS:
+        return None
+    _, _, axes = np.linalg.svd(on_line - on_line.mean(axis=0), full_matrices=False)
     return np.asarray(axes[0], dtype=np.float64)
 
 
@@ -158,14 +168,15 @@ def _in_line(pieces: list[WallPiece], poses: Pose) -> Iterator[Constraint]:
     along = _in_map(last, poses) - start
     heading = math.atan2(along[1], along[0])
     across = np.array([-math.sin(heading), math.cos(heading)])
-    for piece in pieces[1:]:
+    for piece in pieces:
         off = float(across @ (_in_map(piece, poses) - start))
         turn = (heading - _heading(piece, poses) + math.pi / 2.0) % math.pi - math.pi / 2.0
         turned = compose(_about(_in_map(piece, poses), turn), poses[piece.keyframe])
         target = turned - np.append(off * across, 0.0)
         rows = [_row_of_shift(piece, across, target, _SIGMA), _row_of_turn(_SIGMA_ALONG)]
-        if piece.keyframe != first.keyframe:
-            yield _tie(first, piece, target, rows, poses)
+        other = last if piece is first else first
+        if piece.keyframe != other.keyframe:
+            yield _tie(other, piece, target, rows, poses)
 
 
 def _tie(

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from racecar.mapping.keyframes.first_pass import are_between_passes
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.jumps import MOST_JUMP
 from racecar.mapping.quality.map_quality import DoubtfulSegment
@@ -86,9 +87,23 @@ def _jumps(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
     """Steps that no car can drive: the map before or after them is certainly wrong."""
     beyond = statistics.jumps
     for k in np.flatnonzero(beyond > MOST_JUMP).tolist():
-        run = (k, k + 1)
+        run, other = (k, k + 1), None
         why = f"Near {_at(map_, run)}, {_when(map_, run)}, the path jumps by {beyond[k]:.1f} m."
-        yield _FIRST + beyond[k] / MOST_JUMP, _segment(map_, why, run)
+        if (loop := _nearest_loop(map_, k)) is not None:
+            run, other = ((end, end) for end in loop)
+            why += f" The nearest loop connects the passes {_when(map_, run)} and {_when(map_, other)}."
+        yield _FIRST + beyond[k] / MOST_JUMP, _segment(map_, why, run, other)
+
+
+def _nearest_loop(map_: FinishedMap, step: int) -> tuple[int, int] | None:
+    """Keyframes of different passes that scans connect, first the one nearest to a step along the path."""
+    constraints = map_.session.constraints
+    ends = constraints.ends[are_between_passes(constraints, map_.session.times.numbers)]
+    if len(ends) == 0:
+        return None
+    away = np.abs(map_.path[ends] - map_.path[step])
+    nearest, side = np.unravel_index(int(np.argmin(away)), away.shape)
+    return int(ends[nearest, side]), int(ends[nearest, 1 - side])
 
 
 def _segment(

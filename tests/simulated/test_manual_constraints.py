@@ -93,8 +93,10 @@ def _follow(segments: tuple[DoubtfulSegment, ...], mender: Mender, session: Sess
         is_one = np.hypot(*between(true[first], true[second])[:2]) < ONE_PLACE
         try:
             mender.add((SamePlace if is_one else NotSamePlace)(*moments))
-        except RefusedConstraintError:
-            continue
+        except RefusedConstraintError as refused:
+            if refused.instead is None:
+                continue
+            mender.add(NotSamePlace(*refused.instead))
         return True
     return False
 

@@ -31,6 +31,13 @@ HALL = box(-1.0, -1.5, 31.0, 1.5)
 ALONG_HALL = np.column_stack([np.arange(0.0, 30.0, 0.3), np.zeros(100), np.zeros(100)])
 
 
+def apart(session: Session) -> float:
+    """Metres by which the second lap lies off the first one at most."""
+    later = round(LAP)
+    seen, right = (between(poses[:-later], poses[later:]) for poses in (session.map_from_keyframe, TRUE))
+    return float(np.hypot(*(seen - right)[:, :2].T).max())
+
+
 def moments(first: float, second: float) -> tuple[Moment, Moment]:
     return Moment(first), Moment(second)
 
@@ -41,8 +48,9 @@ def test_two_moments_at_one_place_bring_two_laps_onto_each_other(
 ) -> None:
     mender = Mender(two_laps())
     effect = mender.add(SamePlace(*moments(5.0, round(5.0 + LAP)), given))
-    assert error(two_laps(), TRUE) > 0.5
-    assert error(mender.session(), TRUE) < 0.05
+    assert apart(two_laps()) > 1.0
+    assert apart(mender.session()) < 0.05
+    assert error(mender.session(), TRUE) < 0.2 * error(two_laps(), TRUE)
     assert effect.farthest > 0.3
     assert f"{effect.farthest:.2f} m" in effect.summary
 
@@ -50,7 +58,7 @@ def test_two_moments_at_one_place_bring_two_laps_onto_each_other(
 @pytest.mark.parametrize(
     ("constraint", "why"),
     [
-        (SamePlace(*moments(5.0, 60.0)), "5.0 s and 60.0 s"),
+        (SamePlace(*moments(30.0, 60.0)), "30.0 s and 60.0 s they look through"),
         (SamePlace(*moments(5.0, 5.2)), "one keyframe"),
         (SamePlace(*moments(5.0, 500.0)), "no moment 500.0 s"),
         (SamePlace(Moment(5.0, 1), Moment(9.0, 1)), "no recording 2"),
@@ -87,15 +95,17 @@ def test_a_loop_between_two_places_is_cut_and_not_found_again() -> None:
     effect = mender.add(NotSamePlace(*moments(10.0, 80.0)))
     corrected = mender.session()
     assert effect.cut == 3
-    assert not corrected.constraints.are("loop_closure").any()
+    ends = corrected.constraints.ends
+    assert not ((np.abs(ends[:, 0] - 10) < 10) & (np.abs(ends[:, 1] - 80) < 10)).any()
     assert error(corrected, TRUE) < 0.05
 
 
 def test_a_distance_between_walls_corrects_a_scale() -> None:
-    long = bent(ALONG_HALL, scale=1.03, walls=HALL)
-    west, east = (-1.0 * 1.0, 0.0), (float(long.map_from_keyframe[-1, 0]) + 31.0 - 29.7, 0.0)
+    with_pillar = np.concatenate([HALL, box(1.0, 0.5, 1.4, 1.5)])
+    long = bent(ALONG_HALL, scale=1.03, walls=with_pillar)
+    pillar, end = (1.0, 1.0), (float(long.map_from_keyframe[-1, 0]) + 31.0 - 29.7, 1.0)
     mender = Mender(long)
-    mender.add(Distance((west, east), 32.0))
+    mender.add(Distance((pillar, end), 30.0))
     assert abs(long.map_from_keyframe[-1, 0] - 29.7) > 0.8
     assert abs(mender.session().map_from_keyframe[-1, 0] - 29.7) < 0.05
 
@@ -107,8 +117,8 @@ def test_a_straight_wall_unbends_a_corridor() -> None:
     mender = Mender(curved)
     mender.add(Straight(((a, b), (c, d))))
     straight = mender.session().map_from_keyframe
-    assert np.ptp(curved.map_from_keyframe[2:98, 2]) > 0.15
-    assert np.ptp(straight[2:98, 2]) < 0.02
+    assert np.ptp(curved.map_from_keyframe[10:84, 2]) > 0.1
+    assert np.ptp(straight[10:84, 2]) < 0.01
 
 
 def test_a_right_angle_turns_what_lies_between_two_walls() -> None:
@@ -164,7 +174,8 @@ def test_scans_that_are_distrusted_leave_the_path_in_one_piece() -> None:
     mender = Mender(session)
     effect = mender.add(Distrust("scans", *moments(50.0, 60.0)))
     corrected = mender.session()
-    assert effect.cut == 12
+    touched = np.isin(session.constraints.ends, np.arange(50, 61)).any(axis=1)
+    assert effect.cut == touched.sum()
     assert error(corrected, TRUE) < 0.05
     assert not np.isin(
         np.arange(50, 61),
