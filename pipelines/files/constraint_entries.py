@@ -20,6 +20,8 @@ In a map of several recordings, ``recordings: [1, 2]`` says whose moments are me
 import math
 from typing import Any
 
+import yaml
+
 from racecar.mapping.mending.manual_constraints import (
     Distance,
     Distrust,
@@ -130,5 +132,11 @@ def text_of_constraint(constraint: ManualConstraint) -> str:
             further["source"] = constraint.source
     if any(moment.recording is not None for moment in moments):
         further["recordings"] = [(moment.recording or 0) + 1 for moment in moments]
-    lines = [f"- {kind}: {value}\n", *(f"  {key}: {each}\n" for key, each in further.items())]
-    return "".join(lines)
+    lines = [f"- {kind}: {_in_line(value)}\n"]
+    return "".join([*lines, *(f"  {key}: {_in_line(each)}\n" for key, each in further.items())])
+
+
+def _in_line(value: object) -> str:
+    """As YAML on one line; a list of one, since scalars alone get an end mark."""
+    listed: str = yaml.safe_dump([value], default_flow_style=True, width=math.inf)
+    return listed.strip()[1:-1]
