@@ -3,6 +3,7 @@ the plan is known."""
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,17 @@ def _tie(
     shift = np.array([[1.0, 0.0, -y], [0.0, 1.0, x]]) / _SIGMA  # of the base, by a twist of the keyframe
     turn = _UNKNOWN if here.yaw is None else _SIGMA_YAW**-2
     return Constraint(plan, keyframe, target, shift.T @ shift + np.diag([0.0, 0.0, turn]), "manual")
+
+
+def ties_of_marks(marks: Sequence[Mark], poses: Pose) -> list[Constraint]:
+    """Constraints between consecutive marks as they lie in the solution (K, 3), for a graph without the
+    plan."""
+    keyframes = sorted({keyframe for keyframe, _ in marks})
+    information = np.diag([_SIGMA**-2, _SIGMA**-2, _SIGMA_YAW**-2])
+    return [
+        Constraint(first, second, between(poses[first], poses[second]), information, "manual")
+        for first, second in pairwise(keyframes)
+    ]
 
 
 def plan_in_map(marks: Sequence[Mark], map_from_base: Pose) -> Pose:

@@ -17,7 +17,7 @@ from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.mending.cuts import mistaken_ties, without_distrusted
 from racecar.mapping.mending.effect import SHIFT, Effect, effect_of
-from racecar.mapping.mending.floor_plan_frame import Mark, plan_in_map, ties_to_plan
+from racecar.mapping.mending.floor_plan_frame import Mark, plan_in_map, ties_of_marks, ties_to_plan
 from racecar.mapping.mending.manual_constraints import (
     Distance,
     Distrust,
@@ -107,10 +107,17 @@ class Mender:
         mended = replace(
             measured,
             map_from_keyframe=state.poses,
-            constraints=state.solved,
+            constraints=ConstraintList(
+                _in_order([*self._of_keyframes(state), *ties_of_marks(state.marks, state.poses)])
+            ),
             measured=Measured(measured.map_from_keyframe, measured.constraints, ""),
         )
         return mended if state.plan_in_map is None else mended.moved(inverse(state.plan_in_map))
+
+    def _of_keyframes(self, state: _State) -> ConstraintList:
+        """The constraints of the solution without those of the plan, which is no keyframe."""
+        is_of_keyframes = (state.solved.ends < len(state.poses)).all(axis=1)
+        return state.solved.chosen(np.flatnonzero(is_of_keyframes))
 
     def _with(self, state: _State, constraint: ManualConstraint, shown: Pose) -> _State:
         """The state with one more constraint, not yet solved."""

@@ -54,7 +54,7 @@ def _write_map(run: "MapRun", folder: Path) -> None:
 
 
 def _write_edits(run: "MapRun", folder: Path) -> None:
-    if run.edits.edits:
+    if run.edits.entries:
         save_edits(run.edits, folder)
     save_filter_masks(run.result.tiled, run.edits.edits, folder)
 

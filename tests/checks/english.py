@@ -28,7 +28,7 @@ PHRASES = (
     # searched for, starts again, corrected, without effect
     r"\bsought\b",
     r"\b(begin|begins|began|begun) (it )?anew\b",
-    r"\bmend(s|ed|ing)?\b",
+    r"(?<![`/])(?<!racecar )\bmend(s|ed|ing)?\b",
     r"\bin vain\b",
     r"\bleft aside\b|\b(leave|leaves) [\w' ]*\baside\b",
     r"\b(carry|carries|carried) on the map\b|\bmap to carry on\b",

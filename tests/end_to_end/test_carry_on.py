@@ -28,13 +28,16 @@ def test_a_second_drive_carries_on_the_map(racecar: Racecar, tmp_path: Path) -> 
     second = simulate(tmp_path / "second.bag", "building", config)
     simulate(tmp_path / "elsewhere.bag", "track", SimulationConfig(seed=3, duration=5.0))
     racecar("map", tmp_path / "first.bag", "--out", tmp_path / "one")
+    begin_x, begin_y, begin_yaw = first.map_from_base[0].tolist()
+    here = f"- here: 0.0\n  pose: [{begin_x}, {begin_y}, {np.degrees(begin_yaw)}]\n"
+    (tmp_path / "one" / "edits.yaml").write_text(here)
 
     done = racecar("map", tmp_path / "second.bag", "--out", tmp_path / "both", "--continue", tmp_path / "one")
     found = load_tum(tmp_path / "both" / "trajectory.tum")
     assert len(found) == len(second)
-    true = between(first.map_from_base[0], second.map_from_base)  # the first drive begins the map
-    error = np.hypot(*(found.map_from_base - true)[:, :2].T)
+    error = np.hypot(*(found.map_from_base - second.map_from_base)[:, :2].T)
     assert error.max() < 0.05
+    assert "recordings: [1]" in (tmp_path / "both" / "edits.yaml").read_text()
     counts = {name: report_of(tmp_path / name)["counts"] for name in ("one", "both")}
     assert counts["both"]["keyframes_of_earlier_drives"] == counts["one"]["keyframes"]
     assert (load_map(tmp_path / "both").cells == 100).sum() >= (load_map(tmp_path / "one").cells == 100).sum()

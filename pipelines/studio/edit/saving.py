@@ -57,7 +57,7 @@ class Saving:
 
     def _told(self, edits: MapEdits, out: Path, run: MapRun) -> str:
         width, height = run.result.tiled.metres
-        count = len(edits.edits)
+        count = len(edits.entries)
         words = [
             f"{count} edit{'s' if count != 1 else ''} in {self._folder / EDITS_FILE}."
             if edits.text

@@ -142,7 +142,10 @@ def test_places_on_a_plan_give_the_map_its_frame_and_shape(*, yaw: bool) -> None
     for k in (0, 40, 80, 120, 160, 199):
         x, y, heading = on_plan[k].tolist()
         mender.add(Here(Moment(float(k)), (x, y), heading if yaw else None))
-    assert error(mender.session(), on_plan) < 0.1
+    corrected = mender.session()
+    assert error(corrected, on_plan) < 0.1
+    assert corrected.constraints.ends.max() < len(TRUE)
+    assert corrected.constraints.are("manual").sum() == 5
 
 
 def test_one_place_on_a_plan_moves_the_map_as_it_is() -> None:
