@@ -18,6 +18,12 @@ _ANYWHERE = Window(4.0, math.pi)
 say so of cars in one corridor, whatever the heading."""
 _ABOUT_GIVEN = Window(1.0, math.radians(15.0))
 """The same about a pose that was given. Chosen by judgement: as exactly as people drag a scan."""
+_OF_GIVEN = np.diag([0.3**-2, 0.3**-2, math.radians(5.0) ** -2])
+"""Information of a pose that was given, which decides along bare walls. Chosen by judgement: a third of that
+window."""
+_MOST_OPEN = 0.5
+"""Metres, standard deviation along bare walls from which the scans alone do not say where both moments lie.
+Chosen by judgement: what a good map may err."""
 _RADIUS = 25.0
 """Metres of the first moment's surroundings that are searched, because scans of the second are sampled within
 15 m."""
@@ -78,7 +84,15 @@ def tie_of_same_place(constraint: SamePlace, session: Session, poses: Pose) -> C
             f"About {_times(constraint)} the scans share {seen.coverage:.0%} of what they see, too little to "
             "tell: name moments at which both see the same walls."
         )
-    return Constraint(first, second, aligned.fixed_from_moving, aligned.information, "manual")
+    information = aligned.information
+    if constraint.first_from_second is not None:
+        information = information + _OF_GIVEN
+    elif np.sqrt(np.linalg.eigvalsh(np.linalg.inv(information)[:2, :2])[1]) > _MOST_OPEN:
+        raise RefusedConstraintError(
+            f"The walls about {_times(constraint)} do not show where along them both moments lie: give the "
+            "pose between them, or name moments beside something that stands out."
+        )
+    return Constraint(first, second, aligned.fixed_from_moving, information, "manual")
 
 
 def _times(constraint: SamePlace) -> str:

@@ -22,7 +22,7 @@ from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import IDENTITY, between, compose
 from tests.mapping.mending.bent import bent, error, two_laps
 from tests.mapping.sessions import path
-from tests.sensors.worlds import box
+from tests.sensors.worlds import CORRIDOR, box
 
 TRUE = path(0.0, 60.0)
 LAP = 32.0 / 0.3
@@ -73,6 +73,19 @@ def test_what_cannot_be_is_refused_and_changes_nothing(constraint: object, why: 
     with pytest.raises(RefusedConstraintError, match=why):
         mender.add(constraint)  # type: ignore[arg-type]
     np.testing.assert_array_equal(mender.session().map_from_keyframe, two_laps().map_from_keyframe)
+
+
+def test_along_bare_walls_only_a_given_pose_says_where_both_moments_lie() -> None:
+    corridor = bent(ALONG_HALL, scale=1.03, walls=CORRIDOR)
+    mender = Mender(corridor)
+    with pytest.raises(RefusedConstraintError, match="do not show where along them"):
+        mender.add(SamePlace(*moments(10.0, 14.0)))
+    mender.add(SamePlace(*moments(10.0, 90.0), (23.0, 0.0, 0.0)))
+    before, after = (
+        float(between(*each.map_from_keyframe[[10, 90]])[0]) for each in (corridor, mender.session())
+    )
+    assert before > 24.6
+    assert 23.0 < after < 24.5  # scans and wheels count, too
 
 
 def with_wrong_loop(session: Session, first: int, second: int) -> Session:
