@@ -47,10 +47,14 @@ class Pace:
             self._changed.notify_all()
 
     def _follow(self, client: ClientHandle) -> None:
-        """Query a page after each frame, in a thread of the server, until it is closed."""
-        number = client.client_id
+        """Query a page after each frame, in a thread of the server, until it is closed. Between frames it is
+        left alone, since each message makes it render again."""
+        number, reached = client.client_id, -1
         while number in self._server.get_clients():
             with self._changed:
+                self._changed.wait_for(lambda: self.frame > reached, timeout=_GIVEN_UP_AFTER)  # noqa: B023
+                if self.frame == reached:
+                    continue
                 frame = self.frame
             try:
                 client.local_storage.get_item(_KEY, timeout=_GIVEN_UP_AFTER)
@@ -60,8 +64,7 @@ class Pace:
             except RuntimeError:
                 break
             with self._changed:
-                self._reached[number] = frame
-                self._changed.wait_for(lambda: self.frame > frame, timeout=_GIVEN_UP_AFTER)  # noqa: B023
+                self._reached[number] = reached = frame
         self._forget(number)
 
     def _forget(self, number: int) -> None:

@@ -18,10 +18,11 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from viser import ClientHandle, GuiEvent, GuiFolderHandle, SceneClickEvent
+from viser import ClientHandle, CommandHandle, GuiEvent, GuiFolderHandle, SceneClickEvent
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.runs.error_sentences import in_one_sentence, is_mendable_by_user
+from racecar.pipelines.studio.frame import Frame
 from racecar.pipelines.studio.layers import Layers
 from racecar.pipelines.studio.pace import Pace
 from racecar.pipelines.studio.palette import DARK, LIGHT
@@ -58,6 +59,7 @@ class Page:
         self._requests: queue.Queue[Request] = queue.Queue(_MOST_REQUESTS)
         self._screen: Screen | None = None
         self._folders: list[GuiFolderHandle] = []
+        self._keys: list[CommandHandle] = []
         self._stop = threading.Event()
         self._has_dropped = False
         self._warned_until = -math.inf
@@ -66,10 +68,12 @@ class Page:
         self.server = gated_server(LOOPBACK, _usable(port), title, Gate(self._secret))
         self.gui = self.server.gui
         self.gui.main_panel.dock_right()
-        self.layers = Layers(self.server)
+        self.frame = Frame(self.gui)
+        self.layers = Layers(self.server, self.frame.show_legend)
         self.pace = Pace(self.server)
         self.view = TopView(self.server, self._take_drag)
         self.server.scene.world_axes.visible = False
+        self.server.scene.configure_default_lights(enabled=False)  # nothing is lit, and shadows cost time
         self.server.scene.on_click()(cast(Any, self._click))  # may be a coroutine; its types do not say so
         dark = self.gui.add_checkbox("Dark", False, order=1e6)
         self.on_change(dark, self._paint_ground)
@@ -87,8 +91,12 @@ class Page:
         self._screen = None
         for folder in self._folders:
             folder.remove()
+        for key in self._keys:
+            key.remove()
         self._folders.clear()
+        self._keys.clear()
         self.layers.begin_anew()
+        self.frame.begin_anew()
         self._screen = make_screen()
 
     def leave_for(self, prepare: Callable[[], Callable[[], Screen]]) -> None:
@@ -108,6 +116,17 @@ class Page:
         folder = self.gui.add_folder(label, expand_by_default=is_open)
         self._folders.append(folder)
         return folder
+
+    def on_key(self, key: Any, action: Request, words: str, modifier: Any = None) -> None:
+        """Have the worker execute an action when a key is pressed, until the screen is left. Keys are named
+        as viser does, and listed with their words in its command palette."""
+        command = self.gui.add_command(words, hotkey=key, modifier=modifier)
+        self._keys.append(command)
+
+        async def trigger(_: object) -> None:
+            self.ask(action)
+
+        command.on_trigger(trigger)
 
     def request(self, request: Request) -> None:
         """Have the worker execute a request, unless it has stopped; callable from any thread."""
@@ -187,8 +206,10 @@ class Page:
         self._screen.step(seconds)
         if self.pace.has_pages and self.pace.is_ready:
             with self.server.atomic():
-                self._screen.draw()
-            self.pace.note_frame()
+                is_zoomed = self.layers.fit(self.view.pixel)
+                has_changed = self._screen.draw() or is_zoomed
+            if has_changed:
+                self.pace.note_frame()
 
     def _take_requests(self) -> None:
         for _ in range(self._requests.qsize()):  # later ones wait for the next frame
@@ -209,9 +230,6 @@ class Page:
     def _paint_ground(self, is_dark: bool) -> None:
         ground = DARK if is_dark else LIGHT
         self.gui.configure_theme(dark_mode=is_dark, show_logo=False, show_share_button=False)
-        self.server.scene.set_background_image(
-            np.full((1, 1, 3), ground.unknown, dtype=np.uint8), format="png"
-        )
         self.layers.lie_on(ground)
 
     async def _click(self, event: SceneClickEvent) -> None:

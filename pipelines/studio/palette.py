@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 Color = tuple[int, int, int]
 
+STRIP = 30
+"""Pixels: height of the legend along the bottom of the page."""
+
 PATH, LOOP, SCAN, PARTICLE, CAR, SKY, TRUTH = (
     *((0, 114, 178), (213, 94, 0), (230, 159, 0), (204, 121, 167), (0, 158, 115), (86, 180, 233)),
     (128, 128, 128),
@@ -28,7 +31,7 @@ DARK = Backdrop((44, 49, 56), (236, 240, 244), (22, 25, 29))
 
 BY_DOUBT: tuple[Color, ...] = ((0, 158, 115), (240, 228, 66), (213, 94, 0))
 """From certain to doubtful: green, yellow and vermilion of the same palette."""
-BY_TIME: tuple[Color, ...] = ((13, 60, 120), (0, 158, 200), (250, 200, 40))
+BY_TIME: tuple[Color, ...] = ((20, 85, 185), (0, 158, 200), (250, 200, 40))
 """From early to late: dark to light, so that they differ in brightness too."""
 
 
@@ -44,10 +47,12 @@ class Shades(NamedTuple):
 
     @property
     def colors(self) -> NDArray[np.uint8]:
-        """(N, 3)"""
+        """(N, 3) as light, not as for a screen: so a browser expects the colours of single lines."""
         places = np.linspace(0.0, 1.0, len(self.scale))
         channels = [np.interp(self.shares, places, channel) for channel in zip(*self.scale, strict=True)]
-        return np.column_stack(channels).astype(np.uint8)
+        colors = np.column_stack(channels) / 255.0
+        light = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
+        return np.rint(255.0 * light).astype(np.uint8)
 
 
 def as_css(color: Color) -> str:

@@ -4,8 +4,10 @@ import math
 
 from viser import CameraHandle, ClientHandle
 
+from racecar.pipelines.studio.palette import STRIP
+
 _SHARE = 0.25
-"""Maximum length as a share of the page's height: the map is as high as the page, but not as wide."""
+"""Maximum length as a share of the map's height: it is as high as the page at most, but not as wide."""
 
 
 class ScaleBar:
@@ -13,13 +15,13 @@ class ScaleBar:
 
     def __init__(self, client: ClientHandle) -> None:
         self._html = client.gui.add_html("")
-        self._shown: tuple[float, float] | None = None
+        self._shown: tuple[float, int] | None = None
 
     def fit(self, camera: CameraHandle) -> None:
         """Adapt to the zoom."""
         metres = 2.0 * float(camera.position[2]) * math.tan(camera.fov / 2.0)
         length = round_length(_SHARE * metres)
-        shown = length, round(100.0 * length / metres, 2)
+        shown = length, round(camera.image_height * length / metres)
         if shown != self._shown:
             self._shown = shown
             self._html.content = _bar(*shown)
@@ -31,10 +33,9 @@ def round_length(most: float) -> float:
     return max(step * power for step in (1, 2, 5) if step * power <= most)
 
 
-def _bar(length: float, percent: float) -> str:
+def _bar(length: float, pixels: int) -> str:
     return (
-        '<div data-testid="scale" style="position:fixed; left:16px; bottom:16px; z-index:5; '
-        "pointer-events:none; font:13px sans-serif; text-align:center; padding:3px 6px; "
-        'border-radius:4px; color:#1b1f24; background:rgba(255,255,255,0.8)">'
-        f'{length:g} m<div style="width:{percent}vh; height:5px; background:#1b1f24"></div></div>'
+        '<div class="racecar" data-testid="scale" style="left:16px; pointer-events:none; text-align:center; '
+        f'bottom:calc({STRIP + 12}px + var(--bar, 0px)); padding:3px 6px; border-radius:4px">'
+        f'{length:g} m<div style="width:{pixels}px; height:5px; background:currentColor"></div></div>'
     )

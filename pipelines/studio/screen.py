@@ -46,8 +46,9 @@ class Screen:
     def step(self, seconds: float) -> None:
         """Advance by some seconds."""
 
-    def draw(self) -> None:
-        """Draw what has changed, as often as the pages can show it."""
+    def draw(self) -> bool:
+        """Draw what has changed, as often as the pages can show it; returns whether anything has."""
+        return False
 
     def close(self) -> None:
         """Clean up when the screen is left."""

@@ -1,8 +1,8 @@
 """The camera of each page: straight down, north up, moved by dragging and zoomed by the wheel.
 
 A narrow angle from high above shows a plan without perspective. The page's own controls would tilt it. A
-transparent pane over the floor therefore receives drags of the left button and moves the camera; any other
-tilt is corrected.
+pane over the floor therefore receives drags of the left button and moves the camera; any other tilt is
+corrected.
 """
 
 import math
@@ -18,8 +18,9 @@ from racecar.pipelines.studio.scale_bar import ScaleBar
 
 FIELD_OF_VIEW = math.radians(10.0)
 """Vertical field of view."""
-_GLASS_HEIGHT, _GLASS_SIDE = 0.03, 1e5
-"""Metres: above all layers, and wider than any map."""
+_GLASS = np.array([[-3e5, -1e5, 0.03], [3e5, -1e5, 0.03], [0.0, 3e5, 0.03]])
+"""Corners in metres: a triangle above all layers and wider than any map, of which only the edges are drawn.
+A transparent surface would cost as much time as the map."""
 _MARGIN = 1.08
 """Ratio of the visible size to that of the rectangle to show."""
 _ROOM_TO_GROW = 0.3
@@ -28,11 +29,14 @@ _LEAST_HEIGHT = 5.0
 """Minimum height of the camera in metres; the view is then 0.9 m high."""
 _FINGER = 0.02
 """Width of a finger as a share of the view's height: 14 pixels of a page of 720."""
-_ASPECT = 1.3
-"""Width over height of the map on a page of 1280 x 720 pixels, without its side panel."""
+_ASPECT, _HEIGHT = 1.4, 690
+"""Width over height of the map, and its height in pixels, until a page has told its own: those of 1280 x 720
+pixels without what surrounds the map."""
 _SETTLED_AFTER, _NUDGE = 1.0, 1.0005
 """Seconds until a page's panel has its final size, and the invisible factor by which the camera then
 rises."""
+_OTHER_SIZE = 0.01
+"""Relative difference of heights above which a map does not fit its page any more."""
 _LOWEST = 1e-3
 """Minimum height of a camera in metres, below which there is no floor to look at."""
 _OBEYED_AFTER = 1.0
@@ -50,6 +54,8 @@ class _View(NamedTuple):
     """Metres of the camera."""
     since: float
     """Seconds of the monotonic clock."""
+    is_whole: bool = False
+    """Whether all there is to see is to be seen, whatever the size of the page."""
 
 
 Drag = Callable[[str, NDArray[np.float64], NDArray[np.float64]], bool]
@@ -65,14 +71,11 @@ class TopView:
         self._bars: dict[int, ScaleBar] = {}
         self._grabbed: dict[int, NDArray[np.float64]] = {}
         self._views: dict[int, _View] = {}
-        self._middle, self._height = np.zeros(2), 100.0
-        glass = server.scene.add_image(
-            "/glass",
-            np.zeros((1, 1, 4), dtype=np.uint8),
-            _GLASS_SIDE,
-            _GLASS_SIDE,
-            format="png",
-            position=(0.0, 0.0, _GLASS_HEIGHT),
+        self._low, self._high = np.full(2, -10.0), np.full(2, 10.0)
+        self.was_moved = False
+        """Whether a user has moved the map by hand; whoever follows the car takes this back."""
+        glass = server.scene.add_mesh_simple(
+            "/glass", _GLASS, np.array([[0, 1, 2]]), wireframe=True, cast_shadow=False, receive_shadow=False
         )
         glass.on_drag("left")(self._drag)
         server.on_client_connect(self._meet)
@@ -83,37 +86,41 @@ class TopView:
         """Show a rectangle between two corners (2,), on all current and future pages."""
         self._aim(low, high)
         for client in self._server.get_clients().values():
-            self._look(client.camera, self._middle, self._height)
+            self._look_at_whole(client.camera)
 
     def _aim(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
         """Show a rectangle on future pages."""
-        width, depth = high - low
-        tallest = max(depth, width / _ASPECT)
-        self._height = max(_LEAST_HEIGHT, _MARGIN * tallest / (2.0 * math.tan(FIELD_OF_VIEW / 2.0)))
-        self._middle = (low + high) / 2.0
+        self._low, self._high = low, high
         camera = self._server.initial_camera
         camera.fov, camera.up = FIELD_OF_VIEW, (0.0, 1.0, 0.0)
         camera.near, camera.far = 1.0, 1e5
         camera.look_at = (*self._middle, 0.0)
-        camera.position = (*self._middle, self._height)
+        camera.position = (*self._middle, self._height(_ASPECT))
+
+    @property
+    def _middle(self) -> NDArray[np.float64]:
+        middle: NDArray[np.float64] = (self._low + self._high) / 2.0
+        return middle
+
+    def _height(self, aspect: float) -> float:
+        """Metres of a camera that sees the whole, on a page of this aspect."""
+        width, depth = self._high - self._low
+        tallest = max(float(depth), float(width) / aspect)
+        return max(_LEAST_HEIGHT, _MARGIN * tallest / (2.0 * math.tan(FIELD_OF_VIEW / 2.0)))
+
+    def _look_at_whole(self, camera: CameraHandle) -> None:
+        self._look(camera, self._middle, self._height(_size(camera)[0]), is_whole=True)
 
     def keep_whole(self, extent: tuple[NDArray[np.float64], NDArray[np.float64]] | None) -> None:
         """When a map outgrows the view, show all of it with a margin, on the pages that no user has moved
         since."""
-        half = np.array([_ASPECT, 1.0]) * self._height * math.tan(FIELD_OF_VIEW / 2.0)
-        if extent is None or np.all(np.abs(np.array(extent) - self._middle) <= half):
+        if extent is None or (np.all(self._low <= extent[0]) and np.all(extent[1] <= self._high)):
             return
-        as_told = [client for client in self._server.get_clients().values() if self._is_as_told(client)]
         more = _ROOM_TO_GROW * (extent[1] - extent[0])
         self._aim(extent[0] - more, extent[1] + more)
-        for client in as_told:
-            self._look(client.camera, self._middle, self._height)
-
-    def _is_as_told(self, client: ClientHandle) -> bool:
-        """Whether a page still shows the whole, as last requested."""
-        view = self._views.get(client.client_id)
-        is_there = view is not None and np.allclose(view.middle, self._middle, atol=1e-2 * self._height)
-        return is_there and view is not None and math.isclose(view.height, self._height, rel_tol=1e-2)
+        for number, client in self._server.get_clients().items():
+            if number in self._views and self._views[number].is_whole:
+                self._look_at_whole(client.camera)
 
     def go_to(self, place: NDArray[np.float64], across: float) -> None:
         """Centre all pages on a place (2,), with at most ``across`` metres from bottom to top."""
@@ -131,13 +138,24 @@ class TopView:
     def finger(self) -> float:
         """Width of a finger in metres on the floor, on the most zoomed-in page, the most precise one."""
         heights = [float(client.camera.position[2]) for client in self._server.get_clients().values()]
-        return _FINGER * 2.0 * min(heights, default=self._height) * math.tan(FIELD_OF_VIEW / 2.0)
+        lowest = min(heights, default=self._height(_ASPECT))
+        return _FINGER * 2.0 * lowest * math.tan(FIELD_OF_VIEW / 2.0)
+
+    @property
+    def pixel(self) -> float:
+        """Metres of a pixel of the most zoomed-in page."""
+        pages = [
+            (self._views[number].height, _size(client.camera)[1])
+            for number, client in self._server.get_clients().items()
+            if number in self._views
+        ]
+        height, pixels = min(pages, default=(self._height(_ASPECT), _HEIGHT))
+        return 2.0 * height * math.tan(FIELD_OF_VIEW / 2.0) / pixels
 
     async def _meet(self, client: ClientHandle) -> None:
         client.camera.min_orbit_distance = _LEAST_HEIGHT
         bar = self._bars[client.client_id] = ScaleBar(client)
-        # A page first reports its own view, which is tilted.
-        self._look(client.camera, self._middle, self._height)
+        self._look_at_whole(client.camera)  # a page first reports its own view, which is tilted
         client.camera.on_update(self._keep_upright)
         bar.fit(client.camera)
 
@@ -157,7 +175,14 @@ class TopView:
             _look(camera, view.middle, view.height)
         elif time.monotonic() > view.since + _OBEYED_AFTER:
             position = np.asarray(camera.position, dtype=np.float64)
-            self._views[number] = _View(position[:2].copy(), float(position[2]), view.since)
+            is_as_told = np.allclose(position, [*view.middle, view.height], rtol=1e-2, atol=1e-2)
+            is_whole = view.is_whole and is_as_told
+            self._views[number] = _View(position[:2].copy(), float(position[2]), view.since, is_whole)
+        view = self._views[number]
+        if view.is_whole and not math.isclose(
+            view.height, self._height(_size(camera)[0]), rel_tol=_OTHER_SIZE
+        ):
+            self._look_at_whole(camera)
         bar = self._bars.get(number)
         if bar is not None:
             bar.fit(camera)
@@ -174,6 +199,7 @@ class TopView:
             here = _point_under(camera, event.end_screen_pos)
             middle = np.asarray(camera.position, dtype=np.float64)[:2] + start - here
             self._look(camera, middle, float(camera.position[2]))
+            self.was_moved = True
 
     def _learn_size(self, client: ClientHandle) -> None:
         """A page reports its size only with its view, and first before its panel appears: so the view is
@@ -181,11 +207,13 @@ class TopView:
         time.sleep(_SETTLED_AFTER)
         view = self._views.get(client.client_id)
         if view is not None:  # the page is still there
-            self._look(client.camera, view.middle, _NUDGE * view.height)
+            self._look(client.camera, view.middle, _NUDGE * view.height, is_whole=view.is_whole)
 
-    def _look(self, camera: CameraHandle, middle: NDArray[np.float64], height: float) -> None:
+    def _look(
+        self, camera: CameraHandle, middle: NDArray[np.float64], height: float, *, is_whole: bool = False
+    ) -> None:
         """Look straight down at a place (2,), north up."""
-        self._views[camera.client.client_id] = _View(middle, height, time.monotonic())
+        self._views[camera.client.client_id] = _View(middle, height, time.monotonic(), is_whole)
         _look(camera, middle, height)
 
 
@@ -202,6 +230,14 @@ def _point_under(camera: CameraHandle, screen: tuple[float, float]) -> NDArray[n
     aside = (screen[0] - 0.5) * height * camera.aspect
     point: NDArray[np.float64] = camera.position[:2] + np.array([aside, (0.5 - screen[1]) * height])
     return point
+
+
+def _size(camera: CameraHandle) -> tuple[float, int]:
+    """Aspect and height in pixels of a page's map; usual ones until the page has told them."""
+    try:
+        return camera.aspect, camera.image_height
+    except (AssertionError, ZeroDivisionError):
+        return _ASPECT, _HEIGHT
 
 
 def _is_tilted(camera: CameraHandle) -> bool:

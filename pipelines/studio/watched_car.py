@@ -33,7 +33,7 @@ class Glimpse:
 
     def draw(self, layers: Layers) -> None:
         """Draw on the floor."""
-        layers.line("car", car_outline(self.map_from_base))
+        layers.line("car", car_outline(self.map_from_base, layers.car_scale))
         layers.dots("scan", self.scan_in_map)
         layers.arrows("particles", np.zeros((0, 3)) if self.particles is None else self.particles)
         if self.covariance is None:
@@ -81,9 +81,10 @@ class WatchedCar:
         if extent is not None:
             self._page.view.show_whole(*extent)
 
-    def draw(self) -> None:
-        """Draw what has changed."""
+    def draw(self) -> bool:
+        """Draw what has changed; returns whether anything has."""
         grid, glimpse = self._drawn
+        has_changed = grid is not self.grid or glimpse is not self.glimpse
         self._drawn = self.grid, self.glimpse
         if self.grid is not None and self.grid is not grid:
             self._page.layers.map(self.grid)
@@ -91,3 +92,4 @@ class WatchedCar:
             self.glimpse.draw(self._page.layers)
             if self._follows.value:
                 self._page.view.follow(self.glimpse.map_from_base[:2])
+        return has_changed

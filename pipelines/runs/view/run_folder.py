@@ -14,7 +14,7 @@ from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_folders import finish_replacing
 from racecar.pipelines.files.literal_markdown import literal
-from racecar.pipelines.files.run_report import RunReport, Segment, read_report
+from racecar.pipelines.files.run_report import Quality, RunReport, Segment, read_report
 from racecar.pipelines.files.session_file import SESSION_FILE, load_session_arrays
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.view.record_file import read_record
@@ -45,7 +45,10 @@ def load_run(folder: Path) -> Scene:
             _add_session(scene, load_session_arrays(folder))
     except UserError as error:
         scene.about += _warning(str(error))
-    scene.doubts = _doubts_of(report.quality.segments)
+    quality = report.quality
+    scene.doubts = _doubts_of(quality.segments)
+    scene.verdict, scene.reasons = quality.verdict or "", quality.reasons
+    scene.expected = _expected(quality)
     return scene
 
 
@@ -64,6 +67,13 @@ def _recorded_or_driven(folder: Path, title: str, about: str) -> Scene:
             "`racecar localize` has written."
         )
     return Scene(title, about, driven)
+
+
+def _expected(quality: Quality) -> str:
+    near, whole = quality.error_per_10_m, quality.error_of_whole_m
+    words = [] if near is None else [f"{100 * near:.1f} cm per 10 m"]
+    words += [] if whole is None else [f"{100 * whole:.0f} cm over the whole"]
+    return f"expect errors of {', '.join(words)}" if words else ""
 
 
 def _are_same(driven: Trajectory, recorded: Trajectory) -> bool:
@@ -90,13 +100,14 @@ def _add_session(scene: Scene, arrays: Arrays) -> None:
     scene.keyframes = places
     scene.loops = places[ties[kinds == _LOOP_CLOSURE]]
     scene.matches, scene.misses = places[ties[is_match]], np.hypot(missed[:, 0], missed[:, 1])
+    stamps = np.where(_are_of_last(arrays), arrays["times.stamps"], 0)
+    scene.match_stamps = np.where(stamps[first] > 0, stamps[second], 0)
     if not scene.sights:
         scene.sights = _sights_of_keyframes(arrays)
 
 
 def _sights_of_keyframes(arrays: Arrays) -> list[Sight]:
     """The keyframes' scans in the last recording."""
-    are_of_last = arrays["times.recordings"] == len(arrays["times.names"]) - 1
     ends = np.cumsum(arrays["scans.counts"].astype(np.int64))
     points = np.split(arrays["scans.points"], ends[:-1])
     base_from_laser = inverse(arrays["keyframe_from_base"])
@@ -106,10 +117,16 @@ def _sights_of_keyframes(arrays: Arrays) -> list[Sight]:
             transform_points(pose, seen.astype(np.float64)).astype(np.float32),
         )
         for stamp, is_of_last, pose, seen in zip(
-            arrays["times.stamps"].tolist(), are_of_last, base_from_laser, points, strict=True
+            arrays["times.stamps"].tolist(), _are_of_last(arrays), base_from_laser, points, strict=True
         )
         if is_of_last
     ]
+
+
+def _are_of_last(arrays: Arrays) -> NDArray[np.bool_]:
+    """(K,) whether a keyframe is of the last recording."""
+    are: NDArray[np.bool_] = arrays["times.recordings"] == len(arrays["times.names"]) - 1
+    return are
 
 
 def _doubts_of(segments: Iterable[Segment]) -> list[Doubt]:

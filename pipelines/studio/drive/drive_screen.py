@@ -103,10 +103,10 @@ class DriveScreen(Screen):
         self._scan = next((each for each in reversed(measured) if isinstance(each, Scan)), self._scan)
         self._follower.take(measured, self.truth, self._simulation.seconds)
 
-    def draw(self) -> None:
+    def draw(self) -> bool:
         """Draw the car and its estimate."""
         layers, simulation, follower = self._page.layers, self._simulation, self._follower
-        layers.line("truth", car_outline(self.truth))
+        layers.line("truth", car_outline(self.truth, layers.car_scale))
         layers.line("planned", simulation.planned)
         if simulation.is_underway:
             layers.segments("goal", cross(self._goal, _GOAL_SIZE))
@@ -128,6 +128,7 @@ class DriveScreen(Screen):
         if self._is_due("plot") and len(follower.errors) > 1:
             errors = np.array(follower.errors)
             self._curve.data = (errors[:, 0], 100.0 * errors[:, 1])
+        return True
 
     def _build_panel(self) -> None:
         page, gui = self._page, self._page.gui

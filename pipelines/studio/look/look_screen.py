@@ -6,10 +6,12 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import transform_points
 from racecar.pipelines.files.literal_markdown import literal
+from racecar.pipelines.runs.view.measures import measures_of
 from racecar.pipelines.runs.view.scene import Doubt, Scene
-from racecar.pipelines.studio.curves import add_curve
+from racecar.pipelines.studio.frame import Tone
 from racecar.pipelines.studio.look.time_line import TimeLine
 from racecar.pipelines.studio.map_image import known_extent
 from racecar.pipelines.studio.outlines import cross
@@ -28,6 +30,9 @@ _MISSED = 0.05
 """Residual in metres at which a match is drawn as most doubtful. Chosen by judgement: a cell."""
 _DOUBTFUL_DEVIATION = 0.3
 """Standard deviation in metres of the position that is painted as most doubtful: about the car's width."""
+_OF_DRIVES = {"localized": Tone.GOOD, "uncertain": Tone.DOUBTFUL, "lost": Tone.BAD}
+_TONES = {"good": Tone.GOOD, "doubtful": Tone.DOUBTFUL, "wrong": Tone.BAD, **_OF_DRIVES}
+"""Colours of the verdicts on a map, and on a drive."""
 _MARKER = 0.6
 """Size in metres of the cross at a doubtful place."""
 
@@ -53,13 +58,14 @@ class LookScreen(Screen):
         """``edit`` opens the screen for editing the map, ``drive`` the one for driving on it; None if that is
         impossible."""
         self._page, self._scene = page, scene
-        self._seconds = (scene.trajectory.stamps - scene.trajectory.stamps[0]) * 1e-9
+        self._seconds = scene.seconds
         self._has_covariances = bool(np.any(scene.covariances))
         self._sight_stamps = np.array([sight.stamp for sight in scene.sights], dtype=np.int64)
         self._cloud_stamps = np.array([cloud.stamp for cloud in scene.clouds], dtype=np.int64)
         self._shown: int | None = None
         self._go_to_place = Tool("Go through time", "Click the path.", self._go_to_nearest)
         self._build_panel({"Edit the map": edit, "Drive on the map": drive})
+        self._show_verdict()
         self._draw_run()
         page.view.show_whole(*_extent(scene))
 
@@ -72,13 +78,24 @@ class LookScreen(Screen):
         """Advance the time line."""
         self._time_line.pass_by(seconds)
 
-    def draw(self) -> None:
+    def draw(self) -> bool:
         """Draw the current time, if it changed."""
         scan = self._scan_at(self._time_line.now)
-        if scan != self._shown:
-            self._shown = scan
-            self._glimpse(scan).draw(self._page.layers)
-            self._moment.content = self._words(scan)
+        if scan == self._shown:
+            return False
+        self._shown = scan
+        self._glimpse(scan).draw(self._page.layers)
+        self._time_line.draw(self._words(scan))
+        return True
+
+    def _show_verdict(self) -> None:
+        """The verdict as a headline, with its reasons."""
+        scene = self._scene
+        if scene.verdict:
+            whys = [*scene.reasons, *(doubt.why for doubt in scene.doubts[:_MOST_NAMED])]
+            tone = _TONES.get(scene.verdict, Tone.NEUTRAL)
+            head = f"The {'drive' if scene.verdict in _OF_DRIVES else 'map'} is {scene.verdict}"
+            self._page.frame.head(head, tone, scene.expected, list(dict.fromkeys(whys)))
 
     def _draw_run(self) -> None:
         """Draw the map, the path and the findings about them."""
@@ -96,9 +113,11 @@ class LookScreen(Screen):
 
     def _build_panel(self, elsewhere: dict[str, Callable[[], None] | None]) -> None:
         page, gui, scene = self._page, self._page.gui, self._scene
-        with page.folder("Time"):
-            self._time_line = TimeLine(page, self._seconds[-1], self._seconds_after)
-            self._moment = gui.add_markdown("")
+        spans = [doubt.seconds for doubt in scene.doubts if doubt.seconds is not None]
+        self._measures = measures_of(scene)
+        self._time_line = TimeLine(
+            page, self._seconds[-1], self._seconds_after, self._measures, spans, self._go_to_worst
+        )
         with page.folder("Show"):
             colors = gui.add_dropdown(
                 "Path by", [each.value for each in _PathColor], initial_value=_PathColor.TIME.value
@@ -113,7 +132,7 @@ class LookScreen(Screen):
                 ("ellipse", "Covariance (3 σ)", self._has_covariances),
             ):
                 if is_there:
-                    self._add_switch(name, words, is_on=name != "matches")
+                    self._add_switch(name, words, is_on=name not in ("matches", "keyframes"))
         if any(elsewhere.values()):
             with page.folder("Map"):
                 for label, enter in elsewhere.items():
@@ -121,10 +140,6 @@ class LookScreen(Screen):
                         page.on_press(gui.add_button(label), enter)
         with page.folder("Doubtful stretches"):
             self._list_doubts()
-        if self._has_covariances:
-            with page.folder("Standard deviation", is_open=False):
-                add_curve(gui, "place (cm)", self._seconds, 100.0 * scene.deviations[:, 0])
-                add_curve(gui, "heading (°)", self._seconds, np.degrees(scene.deviations[:, 1]))
         with page.folder("About this run"):
             gui.add_markdown(scene.about)
 
@@ -144,6 +159,20 @@ class LookScreen(Screen):
             self._page.on_press(button, lambda doubt=doubt: self._go_to(doubt))  # type: ignore[misc]
         if len(doubts) > _MOST_NAMED:
             gui.add_markdown(f"And {len(doubts) - _MOST_NAMED} more, marked on the map.")
+
+    def _go_to_worst(self) -> None:
+        """The first stretch that the verdict names in this drive, or else where fit or certainty is least."""
+        named = [doubt for doubt in self._scene.doubts if doubt.seconds is not None]
+        if named:
+            self._go_to(named[0])
+            return
+        judged = [measure for measure in self._measures if measure.name != "speed"]
+        if not judged:
+            raise UserError("This run holds neither scans nor certainties to compare moments by.")
+        worst = judged[-1]
+        self._time_line.go_to(float(worst.seconds[worst.worst]))
+        scan = self._scan_at(self._time_line.now)
+        self._page.view.go_to(self._scene.trajectory.map_from_base[scan, :2], _NEAR)
 
     def _go_to(self, doubt: Doubt) -> None:
         self._page.view.go_to(doubt.place, _NEAR)

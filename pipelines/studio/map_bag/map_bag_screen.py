@@ -82,9 +82,9 @@ class MapBagScreen(Screen):
         if process is not None and is_over:
             self._end(process)
 
-    def draw(self) -> None:
+    def draw(self) -> bool:
         """Draw the latest map and car, once."""
-        self.watched.draw()
+        return self.watched.draw()
 
     def close(self) -> None:
         """End the process."""

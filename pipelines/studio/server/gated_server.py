@@ -21,8 +21,8 @@ from racecar.pipelines.studio.server.hearing import LONGEST_MESSAGE, is_heard
 
 _GUARDED = "1.1.1"
 """The version of viser that this was tested with."""
-_CONTROLS = "_gui_input_handle_from_uuid"
-"""Where viser stores the controls of the side panel; it has no public way to find one."""
+_CONTROLS, _COMMANDS = "_gui_input_handle_from_uuid", "_command_handle_from_uuid"
+"""Where viser stores the controls of the side panel, and the keys; it has no public way to find one."""
 _starting = threading.Lock()
 
 
@@ -32,11 +32,14 @@ def gated_server(host: str, port: int, title: str, gate: Gate) -> ViserServer:
     started: list[ViserServer] = []
 
     def control_of(uuid: str) -> Any:
-        return getattr(started[0].gui, _CONTROLS).get(uuid) if started else None
+        if not started:
+            return None
+        gui = started[0].gui
+        return getattr(gui, _CONTROLS).get(uuid) or getattr(gui, _COMMANDS).get(uuid)
 
     with _starting, redirect_stdout(io.StringIO()), _gated(gate, control_of) as is_gated:
         server = ViserServer(host, port, label=title, verbose=False)
-        if not is_gated() or not hasattr(server.gui, _CONTROLS):
+        if not is_gated() or not (hasattr(server.gui, _CONTROLS) and hasattr(server.gui, _COMMANDS)):
             server.stop()
             raise UserError(
                 f"The page cannot be guarded with viser {viser.__version__}, and everybody could use it: "

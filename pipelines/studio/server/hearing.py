@@ -92,6 +92,12 @@ class Hold(Struct, tag="GuiButtonHoldMessage", tag_field="type"):
     frequency: Positive
 
 
+class Command(Struct, tag="CommandTriggerMessage", tag_field="type"):
+    """A key with a meaning."""
+
+    uuid: Text
+
+
 class Pulse(Struct, tag="LocalStorageGetItemResponseMessage", tag_field="type"):
     """The answer that shows that a page has drawn the last frame."""
 
@@ -100,11 +106,12 @@ class Pulse(Struct, tag="LocalStorageGetItemResponseMessage", tag_field="type"):
     request_uuid: Text
 
 
-Message = View | Click | Drag | Change | Hold | Pulse
+Message = View | Click | Drag | Change | Hold | Command | Pulse
 
 
 def is_heard(said: bytes | str, control_of: Callable[[str], Any]) -> bool:
-    """Whether a person can cause a message; ``control_of`` returns the control of a uuid, or None."""
+    """Whether a person can cause a message; ``control_of`` returns the control or the command of a uuid, or
+    None."""
     if isinstance(said, str):
         return False
     try:
@@ -119,6 +126,8 @@ def is_heard(said: bytes | str, control_of: Callable[[str], Any]) -> bool:
             return _is_usable(control) and _fits(changed.value, control)
         case Hold(uuid=uuid):
             return _is_usable(control_of(uuid))
+        case Command(uuid=uuid):
+            return hasattr(control_of(uuid), "hotkey")
     return True
 
 

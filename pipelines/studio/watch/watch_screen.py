@@ -95,13 +95,14 @@ class WatchScreen(Screen):
         glimpse = Glimpse(map_from_base, scan_in_map, path.copy(), particles)
         self._page.request(lambda: self._take(glimpse))
 
-    def draw(self) -> None:
+    def draw(self) -> bool:
         """Draw the latest state, and the goal at a clearly visible size."""
-        self.watched.draw()
+        has_changed = self.watched.draw()
         if self._goal is not None:
             self._page.layers.segments("goal", self._goal.drawing(self._page.view.finger))
             if self._goal.is_reached:
                 self._goal = None
+        return has_changed
 
     def _take(self, glimpse: Glimpse) -> None:
         self.watched.take(glimpse)

@@ -73,12 +73,12 @@ class Opened(Tab):
         self.studio = studio
 
     def load(self) -> None:
-        """Open the studio's page, and wait until it has drawn some frames."""
+        """Open the studio's page, and wait until it has drawn what there is."""
         before = len(self.studio.server.get_clients())
         self.tab.goto(self.studio.address)
         self.wait_for(lambda: len(self.studio.server.get_clients()) > before, "the page to connect")
-        frame = self.studio.pace.frame
-        self.wait_for(lambda: self.studio.pace.frame > frame + 3, "the page to draw")
+        client = max(self.studio.server.get_clients().items())[1]
+        client.local_storage.get_item("drawn", timeout=_PATIENCE)
 
     def pixels(self) -> NDArray[np.uint8]:
         """(rows, columns, 3) of the part of the page where only the map is."""

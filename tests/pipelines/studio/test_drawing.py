@@ -2,12 +2,18 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
+from shapely import LineString, Point
 
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from racecar.pipelines.studio.map_image import paint
 from racecar.pipelines.studio.outlines import cross, ellipse
 from racecar.pipelines.studio.palette import DARK, LIGHT, Backdrop
 from racecar.pipelines.studio.scale_bar import round_length
+from racecar.pipelines.studio.simplified_line import corners_of_line
 
 
 @pytest.mark.parametrize("ground", [LIGHT, DARK])
@@ -49,3 +55,27 @@ def test_a_cross_has_its_middle_where_it_marks() -> None:
 )
 def test_a_scale_bar_has_a_round_length(most: float, length: float) -> None:
     assert round_length(most) == length
+
+
+def test_walls_are_wide_enough_from_afar_and_as_they_are_from_near() -> None:
+    cells = np.zeros((9, 9), dtype=np.int8)
+    cells[:, 4] = OCCUPIED
+    grid = OccupancyGrid(cells, 0.05, np.zeros(3))
+    rows = [paint(grid, LIGHT, pixel=pixel, least_wall=3.0).pixels[4] for pixel in (0.05, 0.01)]
+    dark = [np.count_nonzero(np.all(row == LIGHT.occupied, axis=1)) for row in rows]
+    assert dark == [2, 2]  # cells of 1 pixel, and two pixels of a texture for a cell of 5
+
+
+@given(
+    arrays(np.int64, (30, 2), elements=st.integers(-3000, 3000)),
+    arrays(np.float64, 29, elements=st.sampled_from([0.0, 0.4, 1.0])),
+)
+def test_a_simplified_line_keeps_its_ends_its_course_and_its_shades(
+    centimetres: NDArray[np.int64], shares: NDArray[np.float64]
+) -> None:
+    points = 0.01 * centimetres
+    kept = corners_of_line(points, shares, 0.1)
+    assert (kept[0], kept[-1]) == (0, 29)
+    np.testing.assert_array_equal(shares, np.repeat(shares[kept[:-1]], np.diff(kept)))
+    line = LineString(points[kept])
+    assert max(line.distance(Point(point)) for point in points) < 0.1 + 1e-9

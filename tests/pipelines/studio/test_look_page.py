@@ -10,7 +10,7 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.runs.view.scene import Doubt, ParticleCloud, Scene, Sight
 from racecar.pipelines.studio.look.look_screen import LookScreen
 from racecar.pipelines.studio.server.gate import LOOPBACK
-from tests.pipelines.studio.chromium import opened, running
+from tests.pipelines.studio.chromium import WIDTH, opened, running
 
 SCANS = 41
 
@@ -44,7 +44,17 @@ def test_a_run_is_gone_through_by_clicks(chromium: Any) -> None:
         page.wait_for(lambda: page.says("x 4.00 m"), "the moment of the clicked place")
         page.press("Go to 1")
         page.wait_for(lambda: page.says("x 5.00 m"), "the doubtful stretch")
-        page.press("Play")
+        page.tab.keyboard.press("Home")
+        page.wait_for(lambda: page.says("x 2.00 m"), "the start")
+        page.tab.keyboard.press("ArrowRight")
+        page.wait_for(lambda: page.says("x 2.10 m"), "the next scan, by a key")
+        page.tab.keyboard.press("w")
+        page.wait_for(lambda: page.says("x 5.00 m"), "the worst moment")
+        bar = page.tab.get_by_test_id("lanes").bounding_box()
+        assert bar["width"] > 0.9 * WIDTH
+        page.tab.mouse.click(bar["x"] + bar["width"] / 2.0, bar["y"] + bar["height"] / 2.0)
+        page.wait_for(lambda: page.says("x 4.00 m"), "the moment that is clicked in the time bar")
+        page.tab.keyboard.press(" ")
         page.wait_for(lambda: page.says("x 6.00 m"), "the end of the drive")
         assert page.asked_hosts == {LOOPBACK}
 
@@ -74,3 +84,17 @@ def test_a_second_page_and_a_page_that_comes_back_show_the_same_moment(chromium:
             second.wait_for(lambda: second.says("x 2.10 m"), "the same scan on both pages")
         with opened(chromium, studio) as third:
             third.wait_for(lambda: third.says("x 2.10 m"), "the same scan again")
+
+
+@pytest.mark.slow
+def test_the_verdict_is_a_headline_that_unfolds_its_reasons(chromium: Any) -> None:
+    scene = a_run()
+    scene.verdict, scene.reasons, scene.expected = "doubtful", ("Two passes disagree.",), "expect 5 cm"
+    with running(lambda studio: LookScreen(studio, scene)) as studio, opened(chromium, studio) as page:
+        page.wait_for(lambda: page.says("The map is doubtful"), "the verdict")
+        assert page.says("expect 5 cm")
+        reason = page.tab.get_by_text("Two passes disagree.")
+        assert not reason.is_visible()
+        page.tab.get_by_text("The map is doubtful").click()
+        page.wait_for(reason.is_visible, "its reasons")
+        assert page.tab.get_by_text("Here it is doubtful.").first.is_visible()

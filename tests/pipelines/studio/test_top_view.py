@@ -37,7 +37,9 @@ def finish(handler: Coroutine[Any, Any, None]) -> None:
 def a_page(view: TopView) -> Any:
     """The camera of a page that has just come."""
     client = MagicMock(client_id=7)
-    camera = client.camera = SimpleNamespace(fov=FIELD_OF_VIEW, client=client, on_update=lambda _: None)
+    camera = client.camera = SimpleNamespace(
+        fov=FIELD_OF_VIEW, client=client, on_update=lambda _: None, aspect=1.5, image_height=600
+    )
     finish(view._meet(client))
     return camera
 
@@ -86,3 +88,23 @@ def test_a_map_that_grows_stays_in_view_unless_a_person_looks_elsewhere(view: To
     report(view, camera, (5.0, 6.0, 30.0), (5.0, 6.0, 0.0))
     view.keep_whole((LOW, 8.0 * HIGH))
     assert camera.position == (5.0, 6.0, 30.0)
+
+
+def test_the_whole_fits_a_page_whatever_its_size_unless_a_person_looks_elsewhere(view: TopView) -> None:
+    camera = a_page(view)
+    wide = camera.position[2]
+    camera.aspect = 0.75
+    report(view, camera, camera.position, camera.look_at)
+    narrow = camera.position[2]
+    assert narrow == pytest.approx(2.0 * wide)
+    report(view, camera, (5.0, 6.0, 30.0), (5.0, 6.0, 0.0))
+    camera.aspect = 1.5
+    report(view, camera, (5.0, 6.0, 30.0), (5.0, 6.0, 0.0))
+    assert camera.position == (5.0, 6.0, 30.0)
+
+
+def test_a_pixel_is_as_wide_as_the_most_zoomed_in_page_shows_it(view: TopView) -> None:
+    camera = a_page(view)
+    view._server.get_clients.return_value = {7: camera.client}
+    report(view, camera, (5.0, 6.0, 30.0), (5.0, 6.0, 0.0))
+    assert view.pixel == pytest.approx(2.0 * 30.0 * np.tan(FIELD_OF_VIEW / 2.0) / 600)

@@ -42,11 +42,16 @@ class Panel:
             page.on_change(control, self.heard.append)
         page.on_press(self._controls["button"], lambda: self.heard.append("pressed"))
         self._controls["bar"] = gui.add_progress_bar(0.0)
+        self._controls["key"] = gui.add_command("key", hotkey="K")
 
     def change(self, name: str, value: Any) -> dict[str, Any]:
         """The message that sets a control."""
         uuid = self._controls[name]._impl.uuid
         return {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}}
+
+    def trigger(self, name: str) -> dict[str, Any]:
+        """The message that a key is pressed, if there is one."""
+        return {"type": "CommandTriggerMessage", "uuid": self._controls[name]._impl.uuid}
 
     def hears(self, message: Any) -> bool:
         """Whether a message is heard."""
@@ -136,6 +141,13 @@ def test_a_control_is_set_to_what_a_person_can_set(
     panel: Panel, name: str, value: Any, is_right: bool
 ) -> None:
     assert panel.hears(panel.change(name, value)) == is_right
+
+
+def test_keys_are_heard_and_nothing_else_is_taken_for_one(panel: Panel) -> None:
+    assert panel.hears(panel.trigger("key"))
+    assert not panel.hears(panel.trigger("button"))
+    assert not panel.hears(panel.change("key", True))
+    assert not panel.hears({"type": "CommandTriggerMessage", "uuid": "another"})
 
 
 @pytest.mark.parametrize(
