@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 from racecar.mapping import schedule
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.graph.pose_graph import PoseGraph
-from racecar.mapping.keyframes.constraints import LOOKBACK, constrain
+from racecar.mapping.keyframes.constraints import LOOKBACK
 from racecar.mapping.keyframes.final_optimization import mean_bend
-from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
-from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.mending.cuts import mistaken_ties, without_distrusted
 from racecar.mapping.mending.effect import SHIFT, Effect, effect_of
@@ -29,6 +27,7 @@ from racecar.mapping.mending.manual_constraints import (
     Straight,
 )
 from racecar.mapping.mending.moments import keyframe_at, keyframes_between
+from racecar.mapping.mending.reconnection import close_loops, match_passes
 from racecar.mapping.mending.same_place import tie_of_same_place
 from racecar.mapping.mending.walls import WallPiece, constraints_between_walls, pieces_of
 from racecar.mapping.session.measured import Measured
@@ -38,9 +37,6 @@ from racecar.maps.geometry.se2 import Pose, compose, inverse
 _ROUNDS = 3
 """Solutions about which lengths, angles and places on a plan are linearized. Chosen by judgement: in the last
 they move by less than a hundredth."""
-_CUT_REACH = 10.0
-"""Metres of path about moments that are not at one place in which no scans of both are matched again. Chosen
-by judgement: a submap and its surroundings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +48,8 @@ class _State:
     measured: ConstraintList
     """What is left of what scans and wheels measured."""
     history: LoopHistory
+    is_trusted: NDArray[np.bool_]
+    """(K,) scans that may be matched again."""
     loops: tuple[Constraint, ...] = ()
     """Closures found in the corrected map."""
     matches: tuple[Constraint, ...] = ()
@@ -60,12 +58,10 @@ class _State:
     """Between moments at the same place."""
     walls: tuple[tuple[Distance | Straight | RightAngle, list[WallPiece]], ...] = ()
     marks: tuple[Mark, ...] = ()
-    apart: tuple[tuple[int, int], ...] = ()
-    """Pairs of keyframes that are not at one place."""
+    apart: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    """(N, 2) pairs of keyframes that are not at one place."""
     solved: ConstraintList = field(default_factory=ConstraintList)
     """All constraints of the solution, without loop closures that it contradicts."""
-    is_distrusted: NDArray[np.bool_] | None = None
-    """(K,) scans that are not matched again."""
     plan_in_map: Pose | None = None
     """(3,) of the solution."""
 
@@ -77,7 +73,8 @@ class Mender:
         """The session is not changed; its earlier manual constraints are left out."""
         self._session, self._measured = session, session.as_measured
         known = self._measured
-        self._states = [_State(known.map_from_keyframe, known.constraints, known.loops)]
+        is_trusted = np.ones(len(known.keyframes), dtype=np.bool_)
+        self._states = [_State(known.map_from_keyframe, known.constraints, known.loops, is_trusted)]
 
     def add(self, constraint: ManualConstraint, shown: Pose | None = None) -> Effect:
         """Add a constraint and solve the graph again. Points of walls are where they are in the map with its
@@ -124,10 +121,10 @@ class Mender:
         measured, poses = self._measured, state.poses
         if isinstance(constraint, NotSamePlace):
             mistaken = mistaken_ties(constraint, state.measured, measured, poses)
-            first, second = (keyframe_at(each, measured) for each in (constraint.first, constraint.second))
+            pair = [keyframe_at(each, measured) for each in (constraint.first, constraint.second)]
             left = state.measured.chosen(np.flatnonzero(~mistaken))
             history = state.history.without(state.measured.ends[mistaken])
-            return replace(state, measured=left, history=history, apart=(*state.apart, (first, second)))
+            return replace(state, measured=left, history=history, apart=np.vstack([state.apart, pair]))
         if isinstance(constraint, Distrust):
             trusted = ConstraintList(
                 _in_order(without_distrusted(constraint, state.measured, measured, poses))
@@ -135,8 +132,7 @@ class Mender:
             if constraint.source == "wheels":
                 return replace(state, measured=trusted)
             are_in = keyframes_between(constraint.begin, constraint.end, measured)
-            known = state.is_distrusted
-            return replace(state, measured=trusted, is_distrusted=are_in if known is None else known | are_in)
+            return replace(state, measured=trusted, is_trusted=state.is_trusted & ~are_in)
         if isinstance(constraint, SamePlace):
             tie = tie_of_same_place(constraint, measured, poses)
             history = state.history.with_tie(tie.from_keyframe, tie.to_keyframe)
@@ -175,56 +171,28 @@ class Mender:
             of_plan = ties_to_plan(state.marks, nodes, self._measured.keyframe_from_base)
         return [*state.ties, *of_walls, *of_plan]
 
+    def _with_loops_closed(self, state: _State) -> _State:
+        """The state with loops closed that come within reach only now, from the last tie outwards."""
+        history = state.history.frozen()
+        manual = self._manual(replace(state, plan_in_map=None))
+        graph = PoseGraph(_in_order([*state.measured, *state.loops, *manual]))
+        start = state.ties[-1].to_keyframe if state.ties else 0
+        found, poses = close_loops(self._measured.keyframes, history, graph, state.poses, state.apart, start)
+        closed = replace(state, poses=poses, loops=(*state.loops, *found), history=history)
+        return self._solved(closed, are_near=True) if found else state
+
     def _matched_again(self, state: _State) -> _State:
         """The state with scans of neighbouring passes matched, until the path is settled: at first some match
         wrongly."""
         for _ in range(schedule.FINAL_ROUNDS):
             poses = state.poses
-            state = self._solved(replace(state, matches=self._matches_between_passes(state)), are_near=True)
+            matches = match_passes(
+                self._measured.keyframes, state.is_trusted, state.measured, poses, state.apart
+            )
+            state = self._solved(replace(state, matches=tuple(matches)), are_near=True)
             if mean_bend(poses, state.poses, max(LOOKBACK)) < schedule.SETTLED_BEND:
                 break
         return state
-
-    def _with_loops_closed(self, state: _State) -> _State:
-        """The state with loops closed that come within reach only now, from the last tie outwards."""
-        history = state.history.frozen()
-        closer = LoopCloser(self._measured.keyframes, history)
-        tied = [*state.measured, *state.loops, *self._manual(replace(state, plan_in_map=None))]
-        graph, groups, poses = PoseGraph(_in_order(tied)), history.graph.groups(), state.poses
-        start = history.graph.submap_near(state.ties[-1].to_keyframe) if state.ties else 0
-        found: list[Constraint] = []
-        for query in sorted(range(len(history.submaps)), key=lambda k: abs(k - start)):
-            closures = closer.search(query, query, poses)
-            ends = np.array([(c.from_keyframe, c.to_keyframe) for c in closures], dtype=np.int64).reshape(
-                -1, 2
-            )
-            are_apart = self._are_kept_apart(ends, state)
-            closures = [each for each, is_apart in zip(closures, are_apart, strict=True) if not is_apart]
-            poses = graph.close(closures, poses, groups)
-            found += closures
-        closed = replace(state, poses=poses, loops=(*state.loops, *found), history=history)
-        return self._solved(closed, are_near=True) if found else state
-
-    def _matches_between_passes(self, state: _State) -> tuple[Constraint, ...]:
-        """Matches of passes that lie beside each other only now."""
-        measured = self._measured
-        is_kept = measured.keyframes.is_kept.copy()
-        if state.is_distrusted is not None:
-            is_kept &= ~state.is_distrusted
-        pairs = pairs_with_first_pass(state.poses, is_kept)
-        known = {(int(a), int(b)) for a, b in state.measured.ends.tolist()}
-        is_new = np.array([(int(a), int(b)) not in known for a, b in pairs.tolist()], dtype=np.bool_)
-        pairs = pairs[is_new & ~self._are_kept_apart(pairs, state)] if len(pairs) else pairs
-        return tuple(constrain(pairs, state.poses, measured.keyframes))
-
-    def _are_kept_apart(self, pairs: NDArray[np.integer], state: _State) -> NDArray[np.bool_]:
-        """(P,) whether keyframe pairs (P, 2) lie about moments that are not at one place."""
-        path = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(state.poses[:, :2], axis=0).T))])
-        at = np.sort(path[pairs], axis=1)
-        are_apart = np.zeros(len(pairs), dtype=np.bool_)
-        for pair in state.apart:
-            are_apart |= (np.abs(at - np.sort(path[list(pair)])) < _CUT_REACH).all(axis=1)
-        return are_apart
 
 
 def _in_order(constraints: Iterable[Constraint]) -> list[Constraint]:

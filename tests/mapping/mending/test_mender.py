@@ -199,6 +199,17 @@ def test_scans_that_are_distrusted_leave_the_path_in_one_piece() -> None:
     ).any()
 
 
+def test_a_drive_too_short_for_loops_is_corrected() -> None:
+    short = bent(path(0.0, 2.0), turn=0.05)
+    mender = Mender(short)
+    x, y, yaw = TRUE[6].tolist()
+    mender.add(Here(Moment(0.0), (-5.0, -3.0), 0.0))
+    mender.add(Here(Moment(6.0), (x, y), yaw))
+    assert abs(mender.session().map_from_keyframe[6, 2] - yaw) < 0.5 * abs(
+        short.map_from_keyframe[6, 2] - yaw
+    )
+
+
 def test_what_is_taken_back_leaves_no_trace() -> None:
     mender = Mender(two_laps())
     mender.add(SamePlace(*moments(5.0, 112.0)))
