@@ -10,7 +10,7 @@ WORKERS ?= 2
 install: .venv/installed
 
 demo: .venv/installed
-	$(BIN)/racecar demo --out demo
+	$(BIN)/racecar demo --out demo --replace
 
 test: .venv/installed-dev
 	$(BIN)/ruff check

@@ -32,7 +32,7 @@ def remove_with(place: Path) -> None:
 
 def names_in(new: Path) -> tuple[str, ...]:
     """Sorted top-level names of a new run; names of folders end in a slash."""
-    there = [path for path in new.iterdir() if not path.name.startswith(_REMOVED)]
+    there = [path for path in new.iterdir() if not is_removal(path)]
     return tuple(sorted(f"{path.name}/" if path.is_dir() else path.name for path in there))
 
 
@@ -42,7 +42,7 @@ def begin_replacing(folder: Path, new: Path) -> None:
     Both must be on one disk. Call `finish_replacing` afterwards. Raises OSError, or UserError when a file
     cannot be put in place or an earlier replacement cannot be completed; nothing has changed then.
     """
-    for source, target in _moves(new, folder):
+    for source, target in moves(new, folder):
         if is_stream(target):
             move_into_place(source, target)
         else:
@@ -105,11 +105,11 @@ def _finish(pending: Path) -> None:
         is_locked = _lock(lock)
         if not pending.is_dir() or not os.path.samestat(os.fstat(lock), pending.stat()):
             return  # another process has completed it
-        moves = _moves(pending, pending.parent)
+        files = moves(pending, pending.parent)
         if is_locked:  # without the lock, another process may be moving, and the targets may be new
-            for source, target in reversed(moves):
+            for source, target in reversed(files):
                 _place(source, target).unlink(missing_ok=True)
-        for source, target in moves:
+        for source, target in files:
             _move(source, target)
         for below, _, _ in os.walk(pending, topdown=False):
             Path(below).rmdir()
@@ -127,27 +127,28 @@ def _lock(descriptor: int) -> bool:
     return True
 
 
-def _moves(new: Path, folder: Path) -> list[tuple[Path, Path]]:
-    """Each file of a new run and its destination."""
-    moves = []
+def moves(new: Path, folder: Path) -> list[tuple[Path, Path]]:
+    """Each file or mark of a removal in a new run, and the path that it replaces or removes."""
+    found = []
     for below, _, names in os.walk(new, topdown=False):
         target = folder / Path(below).relative_to(new)
         for name in sorted(names, key=lambda name: (name == MOVED_LAST, name)):
-            moves.append((Path(below, name), target / name.removeprefix(_REMOVED)))
-    return moves
+            found.append((Path(below, name), target / name.removeprefix(_REMOVED)))
+    return found
 
 
-def _is_removal(source: Path) -> bool:
+def is_removal(source: Path) -> bool:
+    """Whether a file of a new run stands for the removal of another."""
     return source.name.startswith(_REMOVED)
 
 
 def _place(source: Path, target: Path) -> Path:
     """The path to replace: links are followed, except for a file to be removed."""
-    return target if _is_removal(source) else Path(os.path.realpath(target))
+    return target if is_removal(source) else Path(os.path.realpath(target))
 
 
 def _move(source: Path, target: Path) -> None:
-    if _is_removal(source):
+    if is_removal(source):
         target.unlink(missing_ok=True)
         source.unlink(missing_ok=True)
         return

@@ -37,7 +37,7 @@ from racecar.pipelines.bags.messages import (
     ros2_types,
 )
 from racecar.pipelines.bags.storage.recordings import CALLER, WRITTEN_BY, refuse_lone_part
-from racecar.pipelines.files.outputs import output_folder
+from racecar.pipelines.files.outputs import whole_folder
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.yaw_rate import YawRate
 
@@ -78,7 +78,7 @@ class BagWriter:
                 place = stack.enter_context(write_atomically(self._path))
                 self._writer: Ros1Writer | Ros2Writer = stack.enter_context(Ros1Writer(place))
             else:
-                place = stack.enter_context(output_folder(self._path)) / self._path.absolute().name
+                place = stack.enter_context(whole_folder(self._path)) / self._path.absolute().name
                 stack.callback(_move_up, place)
                 writer = Ros2Writer(place, version=8, storage_plugin=StoragePlugin.MCAP)
                 for key, value in WRITTEN_BY.items():

@@ -17,7 +17,7 @@ from racecar.pipelines.commands.options import (
     SeedOption,
     StartOption,
 )
-from racecar.pipelines.commands.outputs import WritesFolder
+from racecar.pipelines.commands.outputs import Flags, WritesFolder
 from racecar.pipelines.commands.rendering_options import map_files
 from racecar.pipelines.commands.results import where_figures_are, where_to_look
 from racecar.pipelines.commands.terminal import teller
@@ -149,10 +149,18 @@ def localize(
                 print(where_figures_are(json))
 
 
+def _continued(flags: Flags) -> Path | None:
+    """The folder of a drive that goes on after its node was killed, which may have saved a map there."""
+    from racecar.pipelines.live.saving.drive_log import DriveLog
+
+    out: Path = flags["out"]
+    return out if DriveLog(out).is_recent and not flags["anew"] else None
+
+
 @live.command(cls=RosCommand)
 def map(
     context: typer.Context,
-    out: Annotated[OutputFolderOption, WritesFolder(map_files)],
+    out: Annotated[OutputFolderOption, WritesFolder(map_files, remakes=_continued)],
     anew: Annotated[
         bool,
         typer.Option("--anew", help="Begin a new drive even if the node was killed during the last one."),

@@ -74,9 +74,15 @@ def _names(flags: Flags) -> Collection[str]:
     return map_files(flags) if flags["batch"] is None else (PAGE, FIGURES)
 
 
+def _remade(flags: Flags) -> Path | None:
+    """A batch goes on in its folder."""
+    folder: Path | None = flags["continue_"] if flags["batch"] is None else flags["out"]
+    return folder
+
+
 def map(
     *,
-    out: Annotated[OutputFolderOption, WritesFolder(_names, remakes="continue_")],
+    out: Annotated[OutputFolderOption, WritesFolder(_names, remakes=_remade)],
     bag: OptionalBagArgument = None,
     batch: BatchOption = None,
     jobs: JobsOption = None,
@@ -96,6 +102,7 @@ def map(
     ] = False,
     seed: SeedOption = 0,
     ending: EndFlags,
+    replace: bool = False,
 ) -> None:
     """Build a map from a bag: map.png, map.yaml and map.pgm, trajectory.tum, report.json and more.
 
@@ -129,7 +136,14 @@ def map(
         from racecar.pipelines.commands.map_many import map_many
         from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
-        map_many(job, batch, ParallelRuns(scheduler, ending.quiet, jobs), strict=strict, json=ending.json)
+        map_many(
+            job,
+            batch,
+            ParallelRuns(scheduler, ending.quiet, jobs),
+            strict=strict,
+            replace=replace,
+            json=ending.json,
+        )
 
 
 def _refuse_contradiction(

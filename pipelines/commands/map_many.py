@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from racecar.maps.errors import UserError
+from racecar.pipelines.commands.outputs import check
 from racecar.pipelines.commands.results import INTERRUPTED, NOT_GOOD_ENOUGH, where_to_look
 from racecar.pipelines.commands.tables import print_tables
 from racecar.pipelines.commands.terminal import one_line, teller
@@ -34,15 +35,23 @@ _COLORS = {
 
 
 def map_many(
-    pattern: MappingJob, listed: Path, parallel: ParallelRuns, *, strict: bool, json: Path | None
+    pattern: MappingJob,
+    listed: Path,
+    parallel: ParallelRuns,
+    *,
+    strict: bool,
+    replace: bool,
+    json: Path | None,
 ) -> None:
     """Do the job of the ``pattern`` with each bag that is ``listed``, each in its own folder inside the
-    pattern's."""
+    pattern's. A map that was made otherwise is only replaced when told to ``replace`` it."""
     out = pattern.out
     with output_folder(out):  # a folder that cannot be written to is reported now, not after hours
         jobs = _jobs(pattern, find_bags(listed, out))
     report = _report(pattern, listed)
     batch = Batch(jobs, out, report, _made_by(pattern, listed))
+    waiting = [row.job for row in batch.rows if row.outcome == Outcome.WAITING]
+    check([job.place for job in waiting], [job.bag for job in waiting], replace=replace)
     announce = teller(quiet=parallel.quiet, on_stderr=True)
     if done := sum(row.outcome.has_map for row in batch.rows):
         announce(f"{done} of {len(jobs)} bags are mapped already.")

@@ -37,16 +37,12 @@ def merge(
     folders = list(dict.fromkeys(runs))
     if len(folders) < 2:
         raise UserError("There is nothing to merge: name two folders or more that `racecar map` has written.")
-    if (out / "trajectory.tum").exists():
-        raise UserError(
-            f"{out} holds the map of a single drive, with its path: name another folder with --out."
-        )
     settings, requested = load_config(config), files.requested
     context.report.add("inputs", {"runs": [str(each) for each in folders], "config": config, "seed": seed})
     with context.report.stage("loading"):
         from racecar.pipelines.runs.merge_run import merge_runs
     run = merge_runs(folders, settings, context, seed)
-    run.save(out, requested)
+    run.save(out, requested, replace=True)
     width, height = run.result.tiled.metres
     joined = context.report.contents.counts.sessions
     done = f"Merged {joined} maps into one of {width:.0f} × {height:.0f} m."

@@ -1,7 +1,7 @@
 """Mark the parameters of a command that name outputs, and check these before the command begins.
 
 A parameter is marked in its annotation, as in ``Annotated[Path, typer.Option("--json"), WritesFile()]``.
-Every other path is an input. A command with outputs also has the flag --force.
+Every other path is an input. A command with outputs also has the flag --replace.
 """
 
 import inspect
@@ -13,19 +13,18 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_args
 
 import typer
 
-from racecar.maps.errors import UserError
-
 if TYPE_CHECKING:
     from racecar.pipelines.runs.output_places import OutputPlace
 
 Flags: TypeAlias = Mapping[str, Any]
 """The values of a command's parameters by name."""
 
-ForceOption = Annotated[
+ReplaceOption = Annotated[
     bool,
     typer.Option(
-        "--force",
-        help="Replace files that this command did not write; never a recording, nor what is read.",
+        "--replace",
+        help="Replace what is there: results of an earlier run, or files that this command did not write, "
+        "which are kept as NAME.kept in folders; never a recording, nor what is read.",
     ),
 ]
 
@@ -50,14 +49,14 @@ class WritesFolder:
 
     names: Callable[[Flags], Collection[str]]
     """Names of the files and folders that the command writes there."""
-    remakes: str | None = None
-    """The parameter whose folder may be the same, and is the default: the command replaces its results."""
+    remakes: Callable[[Flags], Path | None] = lambda flags: None
+    """The folder that may be the same, and is the default: the command replaces the results that it reads."""
 
     def place(self, path: Path, flags: Flags, command: str) -> "OutputPlace":
         """The output place to check."""
         from racecar.pipelines.runs.output_places import OutputFolder
 
-        remade = flags[self.remakes] if self.remakes else None
+        remade = self.remakes(flags)
         return OutputFolder(path, partial(self.names, flags), () if remade is None else (remade,))
 
 
@@ -89,16 +88,15 @@ def written_parameters(command: Callable[..., Any]) -> dict[str, Writes]:
 def checked(command: Callable[..., Any], title: str) -> Callable[..., Any]:
     """Wrap a command, called ``title``, so that it checks its outputs first, if it has any.
 
-    The check raises UserError before any work is done.
+    The check raises UserError before any work is done. The command receives the flag --replace, too, if it
+    has a parameter ``replace``.
     """
-    written = written_parameters(command)
+    written, signature = written_parameters(command), inspect.signature(command)
     if not written:
         return command
 
     @wraps(command)
-    def check_and_run(*, force: bool, **flags: Any) -> Any:
-        from racecar.pipelines.runs.output_places import ForeignFileError, check_places
-
+    def check_and_run(*, replace: bool, **flags: Any) -> Any:
         places = [
             mark.place(path, flags, title)
             for name, mark in written.items()
@@ -106,22 +104,31 @@ def checked(command: Callable[..., Any], title: str) -> Callable[..., Any]:
         ]
         if places:
             read = [path for name, value in flags.items() if name not in written for path in _paths(value)]
-            try:
-                check_places(places, read, force=force)
-            except ForeignFileError as error:
-                raise UserError(f"{str(error)[:-1]}, or replace it with --force.") from error
-        return command(**flags)
+            check(places, read, replace=replace)
+        return command(**flags, **({"replace": replace} if "replace" in signature.parameters else {}))
 
-    signature = inspect.signature(command)
-    force = inspect.Parameter("force", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=ForceOption)
+    replace = inspect.Parameter(
+        "replace", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=ReplaceOption
+    )
+    parameters = {**signature.parameters, "replace": replace}
     check_and_run.__signature__ = signature.replace(  # type: ignore[attr-defined]  # which typer reads
-        parameters=[*signature.parameters.values(), force]
+        parameters=list(parameters.values())
     )
     return check_and_run
 
 
+def check(places: "Sequence[OutputPlace]", read: Sequence[Path], *, replace: bool) -> None:
+    """Raises UserError that names the flag when something would be replaced unasked."""
+    from racecar.pipelines.runs.output_places import OccupiedError, check_places
+
+    try:
+        check_places(places, read, replace=replace)
+    except OccupiedError as error:
+        raise error.or_else("replace it with --replace") from error
+
+
 def _by_default(mark: Writes, flags: Flags) -> Path | None:
-    return flags[mark.remakes] if isinstance(mark, WritesFolder) and mark.remakes else None
+    return mark.remakes(flags) if isinstance(mark, WritesFolder) else None
 
 
 def _paths(value: object) -> Sequence[Path]:

@@ -23,7 +23,7 @@ EditsOption = Annotated[
 def render(
     *,
     run: RunArgument,
-    out: Annotated[OutputFolderOption, WritesFolder(map_files, remakes="run")],
+    out: Annotated[OutputFolderOption, WritesFolder(map_files, remakes=lambda flags: flags["run"])],
     config: ConfigOption = None,
     drawing: DrawingFlags,
     files: FileFlags,
@@ -43,7 +43,7 @@ def render(
     with context.report.stage("loading"):
         from racecar.pipelines.runs.render_run import render_run
     drawn = render_run(run, settings, context, edits)
-    drawn.save(out, requested)
+    drawn.save(out, requested, replace=True)
     width, height = drawn.result.tiled.metres
     done = f"Rendered a map of {width:.0f} × {height:.0f} m in {drawn.report.seconds:.1f} s."
     ending.end(drawn.report, [done], out, "map.png", drawn.quality.summary)

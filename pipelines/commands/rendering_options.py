@@ -146,11 +146,11 @@ class DrawingFlags:
 
 def map_files(flags: Flags) -> Collection[str]:
     """Names of the files that a command writes into its folder with a map."""
-    from racecar.pipelines.runs.map_outputs import MAP_FILES
+    from racecar.pipelines.runs.map_outputs import MAP_NAMES
     from racecar.pipelines.runs.view.recorder import RECORD_FOLDER
 
     asked_for = {**_REQUESTED, "record": RECORD_FOLDER}
-    return {*MAP_FILES, *(name for flag, name in asked_for.items() if flags.get(flag))}
+    return {*MAP_NAMES, *(name for flag, name in asked_for.items() if flags.get(flag))}
 
 
 def _numbers_or_word(text: str | None) -> list[float] | str | None:

@@ -24,7 +24,7 @@ SmoothingOption = Annotated[
 OutOption = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", help="Folder for the results; default: DIR."),
-    WritesFolder(lambda flags: ("track.csv", "track.png"), remakes="run"),
+    WritesFolder(lambda flags: ("track.csv", "track.png"), remakes=lambda flags: flags["run"]),
 ]
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from racecar.maps.errors import UserError
 from racecar.maps.whole_files import cannot_write, remove_abandoned, staging_folder
 from racecar.maps.whole_folders import begin_replacing, finish_replacing, names_in
+from racecar.pipelines.files.written_files import keep_changed, record_written
 
 _written: dict[Path, tuple[str, ...]] = {}
 """What this process last wrote to each folder."""
@@ -15,6 +16,19 @@ _written: dict[Path, tuple[str, ...]] = {}
 
 @contextmanager
 def output_folder(path: Path) -> Iterator[Path]:
+    """A `whole_folder` for the results of a run. What another program wrote or changed there is kept under
+    another name, and the run's report records the digests of the new files."""
+    with whole_folder(path) as staging:
+        yield staging
+        try:
+            keep_changed(path, staging)
+            record_written(path, staging)
+        except OSError as error:
+            raise cannot_write(path, error) from error
+
+
+@contextmanager
+def whole_folder(path: Path) -> Iterator[Path]:
     """Yield an empty folder to write into; on success its files move into `path`, replacing their namesakes.
 
     Other files in `path` stay. On an error, or Ctrl-C, `path` is unchanged. Raises UserError at once when

@@ -165,6 +165,8 @@ class RunReport(Lenient):
     odometry_faults: OdometryFaults = OdometryFaults()
     stages: Stages = Stages()
     warnings: tuple[Text, ...] = ()
+    files: dict[Text, Text] = Field(default_factory=dict)
+    """Digests of the files in its folder, by name."""
 
     _damage: str = PrivateAttr("")
 
@@ -177,10 +179,6 @@ class RunReport(Lenient):
     def cautions(self) -> list[str]:
         """The warnings, and the damage."""
         return [*self.warnings, *([self.damage] if self.damage else [])]
-
-    def has(self, part: str, field: str) -> bool:
-        """Whether a part has a field, whatever its value."""
-        return field in getattr(self, part).model_fields_set
 
     def named_map(self) -> OccupancyGrid | None:
         """The map named in the report, if it still exists and can be read."""

@@ -39,6 +39,7 @@ from racecar.pipelines.runs.map_cautions import (
     cautions_of_walls,
 )
 from racecar.pipelines.runs.mapping_drive import has_mapping_drive, mapping_trajectory
+from racecar.pipelines.runs.output_places import OutputFolder, check_saving
 from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.runs.view.recorder import Recorder, recording
 from racecar.sensors.findings import times
@@ -115,11 +116,13 @@ class LocalizationRun:
 
         return overlay(self.grid, self.trajectory, self.along.moments, self.title, new_figure=figure_to_show)
 
-    def save(self, folder: str | Path) -> None:
+    def save(self, folder: str | Path, *, replace: bool = False) -> None:
         """Write the files that ``racecar localize`` writes: trajectory.tum, overlay.png and report.json.
 
-        The folder is created; other files in it stay. Raises UserError when it cannot be written to.
+        The folder is created; other files in it stay. Raises UserError when it cannot be written to, and when
+        it holds results already, unless told to ``replace`` them.
         """
+        check_saving(OutputFolder(Path(folder), lambda: LOCALIZATION_FILES), replace=replace)
         with output_folder(Path(folder)) as staging:
             self.write(staging)
 

@@ -12,8 +12,9 @@ from racecar.mapping.grid.config import RenderingConfig
 from racecar.maps.grid.thinning import thinned
 from racecar.maps.map_files import as_written, load_map, save_map, save_map_image
 from racecar.maps.trajectory import Trajectory
+from racecar.maps.whole_folders import remove_with
 from racecar.pipelines.files.edits_file import save_edits
-from racecar.pipelines.files.filter_masks import save_filter_masks
+from racecar.pipelines.files.filter_masks import FILTERS, filter_files, save_filter_masks
 from racecar.pipelines.files.g2o import save_g2o
 from racecar.pipelines.files.optional_packages import is_installed, require
 from racecar.pipelines.files.point_map import require_open3d, save_point_map
@@ -68,8 +69,11 @@ def _pixels(rendering: RenderingConfig) -> dict[str, Any]:
 
 
 def _write_trajectory(run: "MapRun", folder: Path) -> None:
+    path = folder / "trajectory.tum"
     if len(run.trajectory):
-        save_tum(run.trajectory, folder / "trajectory.tum")
+        save_tum(run.trajectory, path)
+    else:
+        remove_with(path)
 
 
 def _write_picture(run: "MapRun", folder: Path) -> None:
@@ -143,6 +147,9 @@ MAP_FILES = (
     REPORT_FILE,
 )
 """The files that every mapping run writes."""
+
+MAP_NAMES = (*MAP_FILES, *(name for kind in FILTERS for name in filter_files(kind)))
+"""The files that a mapping run may replace or remove: the masks of earlier edits, too."""
 
 
 def outputs_with(requested: Collection[str] = ()) -> list[MapOutputKind]:

@@ -26,7 +26,8 @@ from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import REPORT_FILE
 from racecar.pipelines.runs.map_cautions import cautions_of_edits, cautions_of_size
-from racecar.pipelines.runs.map_outputs import outputs_with
+from racecar.pipelines.runs.map_outputs import MAP_NAMES, outputs_with
+from racecar.pipelines.runs.output_places import OutputFolder, check_saving
 from racecar.pipelines.runs.run_context import RunContext
 
 if TYPE_CHECKING:
@@ -107,14 +108,17 @@ class MapRun:
             new_figure=figure_to_show,
         )
 
-    def save(self, folder: str | Path, requested: Collection[str] = ()) -> None:
+    def save(self, folder: str | Path, requested: Collection[str] = (), *, replace: bool = False) -> None:
         """Write the files that ``racecar map`` writes, such as map.yaml, map.png and trajectory.tum, and
         those ``requested``, such as walls.svg.
 
-        The folder is created; other files in it stay. Raises UserError when it cannot be written to, or when
-        it holds edits that would be lost.
+        The folder is created; other files in it stay. Raises UserError when it cannot be written to, when it
+        holds edits that would be lost, and, unless told to ``replace`` them, when it holds other results than
+        those that this map was made from.
         """
         folder = Path(folder)
+        remade = () if self.source is None else (self.source,)
+        check_saving(OutputFolder(folder, lambda: (*MAP_NAMES, *requested), remade), replace=replace)
         with output_folder(folder) as staging:
             protect_edits(folder, self.edits, self.source, self.report)
             self.write(staging, requested)
@@ -180,8 +184,8 @@ def protect_edits(out: Path, edits: MapEdits, source: Path | None, report: Repor
         return
     if source is None:
         report.warn(
-            f"{path} was not applied, because a new map may lie in another frame; "
-            f"if it fits, `racecar render {out} --out {out}` applies it."
+            f"{path} was not applied, and no mask drawn, because a new map may lie in another frame; if it "
+            f"fits, `racecar render {out} --out {out}` does both."
         )
         return
     home, there = source if source.is_dir() else source.parent, read_text(path)

@@ -47,9 +47,9 @@ class MappingJob:
         return OutputFolder(self.out, self._written, () if self.continued is None else (self.continued,))
 
     def _written(self) -> Collection[str]:
-        from racecar.pipelines.runs.map_outputs import MAP_FILES
+        from racecar.pipelines.runs.map_outputs import MAP_NAMES
 
-        return (*MAP_FILES, *self.requested, *(["record"] if self.record else []))
+        return (*MAP_NAMES, *self.requested, *(["record"] if self.record else []))
 
     def digest(self, bag_fingerprint: str) -> str:
         """Changes whenever a bag with this fingerprint would result in a different map."""

@@ -1,21 +1,19 @@
-"""Where a run may write: never over its inputs, never over or into a recording, and over a file that it did
-not write only with ``force``.
+"""Where a run may write: never over its inputs, never over or into a recording, and only with ``replace``
+over the results of an earlier run or over a file that racecar did not write.
 
-Our files are marked as ours (`author_of`, `is_our_recording`), so that a command can be repeated.
+A single file or bag that the same command wrote (`author_of`, `is_our_recording`) is replaced unasked. So are
+the results that a run reads and makes again in their folder, unless another program changed them.
 """
 
 import errno
 import os
-import re
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import chain, count, permutations
 from os.path import realpath
 from pathlib import Path
 from typing import Protocol
-
-from PIL import Image
 
 from racecar.maps.errors import UserError
 from racecar.maps.whole_files import cannot_write, is_stream
@@ -27,15 +25,18 @@ from racecar.pipelines.bags.storage.recordings import (
     is_our_recording,
     refuse_lone_part,
 )
-from racecar.pipelines.files.run_report import REPORT_FILE
+from racecar.pipelines.files.authorship import author_of
+from racecar.pipelines.files.filter_masks import FILTERS, filter_files
+from racecar.pipelines.files.run_report import REPORT_FILE, read_report
+from racecar.pipelines.files.written_files import not_as_written
 
-_COMMAND = re.compile(rb'\{\s*"command": "(racecar[^"]*)"')
-_FIRST_BYTES = 200
-"""Read from a JSON file; the longest name of a command takes fewer."""
 
+class OccupiedError(UserError):
+    """Something that is there would be replaced, which ``replace`` permits."""
 
-class ForeignFileError(UserError):
-    """A file that is not ours would be replaced, which ``force`` permits."""
+    def or_else(self, remedy: str) -> UserError:
+        """The error with another remedy, for whoever can permit it."""
+        return UserError(f"{str(self)[:-1]}, or {remedy}.")
 
 
 class OutputPlace(Protocol):
@@ -48,7 +49,7 @@ class OutputPlace(Protocol):
     def holds(self, path: Path) -> bool:
         """Whether writing here replaces what is at a path."""
 
-    def check(self, inputs: Sequence[Path], *, force: bool) -> None:
+    def check(self, inputs: Sequence[Path], *, replace: bool) -> None:
         """Raises UserError when something would be lost, or nothing can be written there."""
 
 
@@ -66,7 +67,7 @@ class OutputFile:
         """Whether the path is this file, or would be below it."""
         return _is_within(path, self.path)
 
-    def check(self, inputs: Sequence[Path], *, force: bool) -> None:
+    def check(self, inputs: Sequence[Path], *, replace: bool) -> None:
         """Raises UserError when something would be lost, or nothing can be written there."""
         if is_stream(self.path):
             return
@@ -78,13 +79,13 @@ class OutputFile:
             if _is_same(self.path, each):
                 raise _is_read(self.path)
         if self.path.exists() and not _is_by(self.author, self.path):
-            self._refuse_foreign(inputs, force=force)
+            self._refuse_foreign(inputs, replace=replace)
 
-    def _refuse_foreign(self, inputs: Sequence[Path], *, force: bool) -> None:
+    def _refuse_foreign(self, inputs: Sequence[Path], *, replace: bool) -> None:
         if any(_is_within(self.path, each) for each in [*inputs, *_images_of(inputs)]):
             raise _is_read(self.path)
-        if not force:
-            raise ForeignFileError(f"{self.path} was not written by `{self.author}`: name another file.")
+        if not replace:
+            raise OccupiedError(f"{self.path} was not written by `{self.author}`: name another file.")
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ class OutputFolder:
             _is_within(path, self.path) and any(_is_within(path, self.path / name) for name in self.names())
         )
 
-    def check(self, inputs: Sequence[Path], *, force: bool) -> None:
+    def check(self, inputs: Sequence[Path], *, replace: bool) -> None:
         """Raises UserError when something would be lost, or nothing can be written there."""
         _check_way_to(self.path, is_folder=True)
         _refuse_recording(self.path, inputs)
@@ -111,8 +112,8 @@ class OutputFolder:
         for each in inputs:
             if self.holds(each) and not (is_remade and _recording_at(each) is None):
                 raise _is_read(each)
-        if not is_remade:
-            _refuse_foreign_results(self.path, self.names, force=force)
+        if self.path.is_dir() and any(self.path.iterdir()):
+            _check_results(self.path, self.names(), is_remade=is_remade, replace=replace)
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ class OutputBag:
         """Whether the path is the bag, is inside it, or is one of the files beside it."""
         return any(_is_within(path, each) for each in (self.path, *self.beside))
 
-    def check(self, inputs: Sequence[Path], *, force: bool) -> None:
+    def check(self, inputs: Sequence[Path], *, replace: bool) -> None:
         """Raises UserError when something would be lost, or nothing can be written there."""
         refuse_lone_part(self.path)
         is_folder = self.path.suffix != ".bag"
@@ -141,12 +142,12 @@ class OutputBag:
         _refuse_recording(self.path, inputs)
         if is_folder:
             names = (METADATA, f"{self.path.absolute().name}.mcap")
-            _refuse_foreign_results(self.path, lambda: names, force=force)
+            _check_results(self.path, names, is_remade=False, replace=replace)
         for file in self.beside:
-            OutputFile(file, self.author).check(inputs, force=force)
+            OutputFile(file, self.author).check(inputs, replace=replace)
 
 
-def check_places(places: Sequence[OutputPlace], read: Sequence[Path], *, force: bool) -> None:
+def check_places(places: Sequence[OutputPlace], read: Sequence[Path], *, replace: bool) -> None:
     """Raises UserError, in one sentence, when a run with these outputs and input paths would lose something
     or could not write."""
     for path in (*read, *(place.path for place in places)):
@@ -154,7 +155,7 @@ def check_places(places: Sequence[OutputPlace], read: Sequence[Path], *, force: 
     inputs = list(_meant_by(read))
     try:
         for place in places:
-            place.check(inputs, force=force)
+            place.check(inputs, replace=replace)
         for one, other in permutations(places, 2):
             if one.holds(other.path):
                 raise UserError(
@@ -165,17 +166,60 @@ def check_places(places: Sequence[OutputPlace], read: Sequence[Path], *, force: 
         raise cannot_write(Path(error.filename or places[0].path), error) from error
 
 
-def _refuse_foreign_results(folder: Path, names: Callable[[], Collection[str]], *, force: bool) -> None:
-    """Raises UserError when a folder holds files of these names, none of them ours."""
-    if not folder.is_dir() or not any(folder.iterdir()):
-        return
-    there = [folder / name for name in sorted(names()) if (folder / name).exists()]
-    if any(author_of(path) for path in there):
-        return
+def check_saving(place: OutputPlace, *, replace: bool) -> None:
+    """The same for the result of a call in Python."""
+    try:
+        check_places([place], (), replace=replace)
+    except OccupiedError as error:
+        raise error.or_else("pass replace=True") from error
+
+
+def free_folder(path: Path, names: Callable[[], Collection[str]]) -> Path:
+    """The first of folder, folder-2, folder-3 and so on where results of these names replace nothing."""
+    beside = (path.with_name(f"{path.name}-{number}") for number in count(2))
+    return next(folder for folder in chain([path], beside) if is_free(folder, names))
+
+
+def is_free(path: Path, names: Callable[[], Collection[str]]) -> bool:
+    """Whether results of these names would replace nothing in a folder."""
+    try:
+        check_places([OutputFolder(path, names)], (), replace=False)
+    except UserError:
+        return False
+    return not is_bag_folder(path)
+
+
+def _check_results(folder: Path, names: Collection[str], *, is_remade: bool, replace: bool) -> None:
+    """Raises UserError when a folder holds a recording, and OccupiedError when it holds results, of these
+    names."""
+    there = [path for name in sorted(names) if (path := folder / name).exists()]
     for path in there:
-        _refuse_recording(path, ())
-        if not force:
-            raise ForeignFileError(f"{path} was not written by racecar: name another folder.")
+        if not is_our_recording(path):
+            _refuse_recording(path, ())
+    if replace or not there:
+        return
+    foreign = not_as_written(folder, names)
+    lost = [f"{path.relative_to(folder)} (by another program)" for path in foreign]
+    if not is_remade and (ours := [path.name for path in there if path not in foreign]):
+        lost = [*_described(folder, ours), *lost]
+    if lost:
+        raise OccupiedError(f"{folder} holds {_listed(lost)}, which would be replaced: name another folder.")
+
+
+def _described(folder: Path, names: Sequence[str]) -> list[str]:
+    """Results of ours in a folder: the run, and the masks that come from its edits; or else the files."""
+    command = author_of(folder / REPORT_FILE) if REPORT_FILE in names else None
+    if command is None:
+        return list(names)
+    bag = read_report(folder).inputs.bag
+    of = f" for {Path(bag).name}" if bag else ""
+    masks = [f"its {kind} mask" for kind in FILTERS if filter_files(kind)[1] in names]
+    return [f"the results of `{command}`{of}", *masks]
+
+
+def _listed(things: Sequence[str]) -> str:
+    *others, last = things
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def _meant_by(read: Sequence[Path]) -> Iterator[Path]:
@@ -265,20 +309,3 @@ def _is_same(one: Path, other: Path) -> bool:
         return one.samefile(other)
     except OSError:  # does not exist yet
         return realpath(one) == realpath(other)
-
-
-def author_of(path: Path) -> str | None:
-    """A command such as "racecar map"; None if another program wrote the file, or it cannot be read."""
-    with suppress(OSError), path.open("rb") as file:
-        found = _COMMAND.match(file.read(_FIRST_BYTES))
-        return _author_of_picture(path) if found is None else found[1].decode(errors="replace")
-    return None
-
-
-def _author_of_picture(path: Path) -> str | None:
-    try:
-        with Image.open(path, formats=["PNG"]) as picture:
-            author = picture.info.get("Software")
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
-        return None
-    return author if isinstance(author, str) and author.startswith("racecar") else None

@@ -6,14 +6,14 @@ screen at once, however many pages are open.
 
 import io
 import logging
-import math
 import queue
 import socket
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, redirect_stdout
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -22,6 +22,7 @@ from viser import ClientHandle, CommandHandle, GuiEvent, GuiFolderHandle, SceneC
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.runs.error_sentences import in_one_sentence, is_mendable_by_user
+from racecar.pipelines.runs.output_places import OccupiedError, OutputFolder, check_places
 from racecar.pipelines.studio.frame import Frame
 from racecar.pipelines.studio.layers import Layers
 from racecar.pipelines.studio.pace import Pace
@@ -37,8 +38,8 @@ FRAME = 0.05
 _SLOWEST_FRAME = 0.25
 """Maximum seconds of one step, so that a delayed page does not jump."""
 _WARNED_FOR = 15.0
-"""Seconds after a warning within which pressing again leaves the screen: longer than the message is shown,
-and too short to forget it."""
+"""Seconds after a warning within which pressing again confirms: longer than the message is shown, and too
+short to forget it."""
 _MOST_REQUESTS = 1000
 """Maximum waiting requests. More come only from a misbehaving page, and are dropped."""
 
@@ -62,7 +63,7 @@ class Page:
         self._keys: list[CommandHandle] = []
         self._stop = threading.Event()
         self._has_dropped = False
-        self._warned_until = -math.inf
+        self._told_loss, self._warned_until = "", 0.0
         _hush()
         self._secret = page_secret()
         self.server = gated_server(LOOPBACK, _usable(port), title, Gate(self._secret))
@@ -105,11 +106,24 @@ class Page:
         Also raises UserError when something would be lost; a second call soon after enters it anyway.
         """
         loss = "" if self._screen is None else self._screen.would_be_lost
-        if loss and time.monotonic() > self._warned_until:
-            self._warned_until = time.monotonic() + _WARNED_FOR
-            raise UserError(loss)
-        self._warned_until = -math.inf
+        if loss:
+            self.confirm(loss)
         self.enter(prepare())
+
+    def check_place(self, place: OutputFolder, read: Sequence[Path] = ()) -> None:
+        """Raises UserError when nothing can be written to a place, and when something there would be replaced
+        unless this is called again soon."""
+        try:
+            check_places([place], read, replace=False)
+        except OccupiedError as error:
+            self.confirm(str(error.or_else("press again to replace it")))
+
+    def confirm(self, loss: str) -> None:
+        """Raises UserError that says what would be lost, unless it has just said so."""
+        was_told = loss == self._told_loss and time.monotonic() < self._warned_until
+        self._told_loss, self._warned_until = ("" if was_told else loss), time.monotonic() + _WARNED_FOR
+        if not was_told:
+            raise UserError(loss)
 
     def folder(self, label: str, *, is_open: bool = True) -> GuiFolderHandle:
         """A section of the side panel that is removed with the screen."""

@@ -163,11 +163,11 @@ def _save_live(resolution: float) -> None:
     MapOutput(Path("out"), Config(mapping=config), {"live": True}).save([mapper])
 
 
-MAP = ("map", "a.bag", "--out", "out", "--record")
-BATCH = ("map", "--batch", "bags", "--out", "out")
-MERGE = ("merge", "a", "b", "--out", "out")
-RENDER = ("render", "a", "--out", "out", "--edits")
-LOCALIZE = ("localize", "b.bag", "--map", "a", "--out", "out", "--record")
+MAP = ("map", "a.bag", "--out", "out", "--record", "--replace")
+BATCH = ("map", "--batch", "bags", "--out", "out", "--replace")
+MERGE = ("merge", "a", "b", "--out", "out", "--replace")
+RENDER = ("render", "a", "--out", "out", "--replace", "--edits")
+LOCALIZE = ("localize", "b.bag", "--map", "a", "--out", "out", "--record", "--replace")
 COARSE = ("--config", "coarse.yaml")
 REPLACEMENTS = {
     "map": Replacement(partial(_racecar, *MAP, *COARSE), partial(_racecar, *MAP)),
@@ -177,7 +177,7 @@ REPLACEMENTS = {
     "localize": Replacement(partial(_racecar, *LOCALIZE, "--seed", "1"), partial(_racecar, *LOCALIZE)),
     "continue": Replacement(
         partial(_racecar, *MAP),
-        partial(_racecar, "map", "b.bag", "--continue", "a", "--out", "out", "--record"),
+        partial(_racecar, "map", "b.bag", "--continue", "a", "--out", "out", "--record", "--replace"),
     ),
     "merge": Replacement(partial(_racecar, *MERGE, *COARSE), partial(_racecar, *MERGE)),
     "batch": Replacement(partial(_racecar, *BATCH, *COARSE), partial(_racecar, *BATCH), out="out/a"),

@@ -64,12 +64,22 @@ class DriveLog:
         self._beams: dict[int, bytes] = {}
         self._place = b""
 
+    @property
+    def is_recent(self) -> bool:
+        """Whether there is a log of a drive that a node could go on with."""
+        return self.path.is_file() and self._age < _RESUMED_WITHIN
+
+    @property
+    def _age(self) -> float:
+        """Seconds since the last entry."""
+        return time.time() - self.path.stat().st_mtime
+
     def go_on(self, announce: Callable[[str], None]) -> None:
         """Continue the drive of a node killed not long ago, if there is one, and announce it. Otherwise new
         entries replace the contents of the file."""
         if not self.path.is_file():
             return
-        seconds = time.time() - self.path.stat().st_mtime
+        seconds = self._age
         if seconds > _RESUMED_WITHIN:
             announce(f"{self.path} is of an earlier drive and is not used.")
         elif not self._holds_something():

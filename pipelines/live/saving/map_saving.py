@@ -4,7 +4,6 @@ import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +12,10 @@ from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.map_outputs import MAP_NAMES
 from racecar.pipelines.runs.map_run import MapRun, finish_map
 from racecar.pipelines.runs.other_process import in_fresh_process
+from racecar.pipelines.runs.output_places import free_folder
 from racecar.pipelines.runs.place_finding import found_on
 from racecar.pipelines.runs.run_context import RunContext
 
@@ -40,8 +41,7 @@ class MapOutput:
                 run = self._finished(mapper, self.folder, earlier)
                 earlier = found_on(run.result.session, self.config)
             except NotRecognizedError as error:
-                beside = (self.folder.with_name(f"{self.folder.name}-{number}") for number in count(2))
-                own = next(folder for folder in beside if not folder.exists())
+                own = free_folder(self.folder, lambda: MAP_NAMES)
                 self._finished(mapper, own)
                 unrecognized.append(f"{error}; its map is in {own}, in a frame of its own.")
         return unrecognized
@@ -50,7 +50,7 @@ class MapOutput:
         context = RunContext(Report("racecar live map"))
         context.report.add("inputs", dict(self.run))
         run = finish_map(mapper, context, folder.name, earlier)
-        run.save(folder)
+        run.save(folder, replace=True)
         return run
 
     def save_apart(self, drives: bytes) -> None:

@@ -6,11 +6,10 @@ from pathlib import Path
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.folder import bag_fingerprint
-from racecar.pipelines.bags.storage.recordings import is_bag_folder
 from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.runs.batch.bag_search import bag_stem
-from racecar.pipelines.runs.map_outputs import MAP_FILES
-from racecar.pipelines.runs.output_places import OutputFolder, check_places
+from racecar.pipelines.runs.map_outputs import MAP_NAMES
+from racecar.pipelines.runs.output_places import is_free
 
 _LONGEST_NAME = 120
 """Characters. File systems allow 255 bytes, and many letters take two."""
@@ -33,7 +32,7 @@ def run_folders(bags: Sequence[Path], out: Path, reserved: Sequence[str] = ()) -
             if name is not None:
                 folders[bag] = name
                 taken.add(name.casefold())
-    taken |= {name.casefold() for name, owner in owners.items() if owner.is_run or not _is_free(out / name)}
+    taken |= {name.casefold() for name in owners if not is_free(out / name, lambda: MAP_NAMES)}
     for bag in bags:
         if bag not in folders:
             folders[bag] = next(name for name in _names(bag) if name.casefold() not in taken)
@@ -45,9 +44,7 @@ class _Owner:
     """The bag whose run is in a folder."""
 
     def __init__(self, folder: Path) -> None:
-        report = read_report(folder)
-        self.is_run = report.has("inputs", "bag")
-        self._inputs = report.inputs
+        self._inputs = read_report(folder).inputs
 
     def has_content_of(self, bag: Path) -> bool:
         """Whether the bag has the same content, even if it was moved."""
@@ -59,15 +56,6 @@ class _Owner:
     def is_at_path_of(self, bag: Path) -> bool:
         """Whether the bag has the same path, even if its content changed."""
         return self._inputs.is_at_path_of(bag)
-
-
-def _is_free(folder: Path) -> bool:
-    """Whether a map would replace nothing there."""
-    try:
-        check_places([OutputFolder(folder, lambda: MAP_FILES)], (), force=False)
-    except UserError:
-        return False
-    return not is_bag_folder(folder)
 
 
 def _names(bag: Path) -> Iterator[str]:

@@ -9,9 +9,7 @@ from racecar.maps.geometry.se2 import Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.runs.map_run import finish_map
-from racecar.pipelines.runs.output_places import OutputFolder, check_places
 from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.studio.drive.follower import Follower
 from racecar.pipelines.studio.watched_car import Glimpse
@@ -65,13 +63,13 @@ class Discovery(Follower):
         return f"The mapper: {self.keyframes} keyframes{off}."
 
     def save(self, folder: Path) -> str:
-        """Finish the map and write a run's folder; returns the verdict in words. This ends the discovery.
+        """Finish the map and write a run's folder, in place of what is there; returns the verdict in words.
+        This ends the discovery.
 
-        Raises UserError when there is no map yet, or the folder cannot be written to or holds foreign files.
+        Raises UserError when there is no map yet, or the folder cannot be written to.
         """
-        check_places([OutputFolder(folder, lambda: MAP_FILES)], (), force=False)
         context = RunContext(Report("racecar studio"))
         context.report.add("inputs", {"simulated": True, "settings": self._config.model_dump()})
         run = finish_map(self._mapper, context, folder.name)
-        run.save(folder)
+        run.save(folder, replace=True)
         return run.quality.summary

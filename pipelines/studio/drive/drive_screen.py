@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.files.typed_path import typed_path
 from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
+from racecar.pipelines.runs.map_outputs import MAP_NAMES
+from racecar.pipelines.runs.output_places import OutputFolder, free_folder
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.studio.curves import add_curve
 from racecar.pipelines.studio.drive.controls import (
@@ -31,6 +34,8 @@ from racecar.pipelines.studio.screen import Screen, Tool
 from racecar.pipelines.studio.tools import PoseTool, ToolChoice
 from racecar.sensors.scan import Scan
 
+_DISCOVERED = Path("runs", "discovered")
+"""Where the map of a discovered floor is saved, if that is free."""
 _PERIODS = {"map": 1.0, "plot": 1.0, "words": 0.25}
 """Minimum seconds between drawings. Expensive things, and text, are updated less often."""
 _CLICK_RADIUS = 1.0
@@ -169,7 +174,7 @@ class DriveScreen(Screen):
             gui.add_markdown("The map is hidden, and the mapper draws what the car has seen.")
             self._discover_button = gui.add_button("Discover this floor")
             page.on_press(self._discover_button, self._toggle_discovery)
-            self._folder = gui.add_text("Save as", "runs/discovered")
+            self._folder: Any = gui.add_text("Save as", str(free_folder(_DISCOVERED, lambda: MAP_NAMES)))
             page.on_press(gui.add_button("Save the map"), self._save)
 
     def _drive_to(self, place: NDArray[np.float64]) -> None:
@@ -218,7 +223,9 @@ class DriveScreen(Screen):
             self._page.tell("There is nothing to save", "Discover the floor first.", "orange")
             return
         folder = typed_path(self._folder.value)
+        self._page.check_place(OutputFolder(folder, lambda: MAP_NAMES))
         words = self._follower.save(folder)
+        self._folder.value = str(free_folder(folder, lambda: MAP_NAMES))
         self._track()
         self._page.tell(f"Saved in {folder}", words, "green")
 

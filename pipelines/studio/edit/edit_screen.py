@@ -137,6 +137,7 @@ class EditScreen(Screen):
             words = self._saving.save(
                 self._draft.edits,
                 typed_path(self._out.value) if self._out.value.strip() else self._folder,
+                self._page.check_place,
                 is_straightened=self._is_straightened.value,
                 is_cropped=self._is_cropped.value,
             )

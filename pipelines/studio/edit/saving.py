@@ -1,5 +1,6 @@
 """Save edits beside their map, and render the map with them."""
 
+from collections.abc import Callable, Sequence
 from os.path import realpath
 from pathlib import Path
 
@@ -9,9 +10,9 @@ from racecar.maps.map_files import load_map
 from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits, edits_beside, save_edits
 from racecar.pipelines.files.outputs import written_to
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.map_outputs import MAP_FILES
+from racecar.pipelines.runs.map_outputs import MAP_NAMES
 from racecar.pipelines.runs.map_run import MapRun
-from racecar.pipelines.runs.output_places import OutputFolder, check_places
+from racecar.pipelines.runs.output_places import OutputFolder
 from racecar.pipelines.runs.render_run import render_run
 from racecar.pipelines.runs.run_context import RunContext
 
@@ -27,11 +28,20 @@ class Saving:
         """Whether these are the edits that were last saved."""
         return edits.text == self._saved.text
 
-    def save(self, edits: MapEdits, out: Path, *, is_straightened: bool, is_cropped: bool) -> str:
+    def save(
+        self,
+        edits: MapEdits,
+        out: Path,
+        check: Callable[[OutputFolder, Sequence[Path]], None],
+        *,
+        is_straightened: bool,
+        is_cropped: bool,
+    ) -> str:
         """Write the edits beside their map and render it into ``out``; returns what was written, in words.
 
-        Raises UserError when a folder cannot be written to or holds foreign files, when the edits were
-        changed elsewhere meanwhile, and when the map would turn under its own edits.
+        ``check`` raises UserError when the map shall not be written there, made from what is read. Raises
+        UserError, too, when a folder cannot be written to, when the edits were changed elsewhere meanwhile,
+        and when the map would turn under its own edits.
         """
         if is_straightened and realpath(out) == realpath(self._folder):
             raise UserError(
@@ -45,14 +55,14 @@ class Saving:
         if not self.is_saved(edits):
             save_edits(edits, self._folder)
             self._saved = edits
-        place = OutputFolder(out, lambda: MAP_FILES, (self._folder,))
-        check_places([place], [self._folder], force=False)
+        place = OutputFolder(out, lambda: MAP_NAMES, (self._folder,))
+        check(place, [self._folder])
         rendering = {"turn": "walls" if is_straightened else 0.0, "crop": "driven" if is_cropped else None}
         config = self._config.model_copy(
             update={"rendering": self._config.rendering.model_copy(update=rendering)}
         )
         run = render_run(self._folder, config, RunContext(Report("racecar render")))
-        run.save(out)
+        run.save(out, replace=True)
         return self._told(edits, out, run)
 
     def _told(self, edits: MapEdits, out: Path, run: MapRun) -> str:

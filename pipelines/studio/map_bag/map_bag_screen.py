@@ -15,12 +15,13 @@ from racecar.pipelines.bags.check import BagCheck
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.files.typed_path import typed_path
-from racecar.pipelines.runs.batch.run_folders import run_folders
+from racecar.pipelines.runs.batch.bag_search import bag_stem
 from racecar.pipelines.runs.error_sentences import in_one_sentence
+from racecar.pipelines.runs.map_outputs import MAP_NAMES
 from racecar.pipelines.runs.map_run import OPTIMIZING
 from racecar.pipelines.runs.mapping_job import MappingJob
 from racecar.pipelines.runs.other_process import FreshProcess, ProcessDiedError
-from racecar.pipelines.runs.output_places import check_places
+from racecar.pipelines.runs.output_places import free_folder
 from racecar.pipelines.studio.map_bag.bag_work import (
     STOPPED,
     News,
@@ -114,22 +115,25 @@ class MapBagScreen(Screen):
             self._remarks = gui.add_markdown("")
 
     def choose(self, name: str) -> None:
-        """Select one of the bags; its map goes to a folder named after it."""
+        """Select one of the bags; its map goes to a folder named after it that holds none yet."""
         self._chosen = self._bags[name]
-        self._out.value = str(run_folders([self._chosen], Path("runs"))[0])
+        self._propose(Path("runs", bag_stem(self._chosen)))
         if self.is_idle:
             self._words.content, self._remarks.content = literal(str(self._chosen)), ""
 
+    def _propose(self, folder: Path) -> None:
+        self._out.value = str(free_folder(folder, lambda: MAP_NAMES))
+
     def map_it(self) -> None:
         """Start mapping the selected bag. Raises UserError while a bag is read, and when the map would
-        replace foreign files."""
+        replace something, unless it is called again."""
         job = MappingJob(
             self._chosen.absolute(),
             typed_path(self._out.value).absolute(),
             self._config,
             record=self._records.value,
         )
-        check_places([job.place], [job.bag], force=False)
+        self._page.check_place(job.place, [job.bag])
         self._start(partial(map_and_tell, job))
         self._stop.label = "Stop here, and map what was read"
 
@@ -207,6 +211,8 @@ class MapBagScreen(Screen):
             self._remarks.content = _listed(result.findings)
             return
         self._mapped = result.folder
+        if (typed := typed_path(self._out.value)).absolute() == result.folder:
+            self._propose(typed)
         self._open.visible = True
         self._words.content = f"**{literal(result.summary)}**"
         self._remarks.content = "\n".join(f"- {literal(sentence)}" for sentence in result.warnings)

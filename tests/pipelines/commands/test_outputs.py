@@ -1,5 +1,6 @@
 """No output of any command replaces what is read, a recording, or unasked another's file."""
 
+import json
 import os
 import shutil
 from collections.abc import Callable
@@ -27,6 +28,7 @@ REFUSED = (
     "lies in the recording",
     "is read by this run and would be replaced",
     "was not written by",
+    "which would be replaced: name another folder, or replace it with --replace",
     "is a file; name a folder",
     "is a folder; name a file",
     "is written as .png",
@@ -156,29 +158,29 @@ def test_every_path_is_known_to_be_read_or_written() -> None:
 def test_no_output_replaces_an_input(
     command: Command, name: str, inputs: dict[str, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What lies anywhere, and, even with --force, what the same run reads, by whichever parameter."""
+    """What lies anywhere, and, even with --replace, what the same run reads, by whichever parameter."""
     for path in inputs.values():
         before = contents_of(path)
         refused(capsys, command.words_with({name: path}))
         for other in command.read:
-            refused(capsys, command.words_with({name: path, other: path}, "--force"))
+            refused(capsys, command.words_with({name: path, other: path}, "--replace"))
         assert contents_of(path) == before
 
 
 @pytest.mark.parametrize("link", [os.symlink, os.link])
-@pytest.mark.parametrize("force", [[], ["--force"]])
+@pytest.mark.parametrize("replace", [[], ["--replace"]])
 def test_links_to_what_is_read_are_no_way_around(
-    link: Callable[[Path, Path], None], force: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    link: Callable[[Path, Path], None], replace: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bag, tum = write_bag(tmp_path / "drive.bag", 3), tmp_path / "true.tum"
     tum.write_text("1 0 0 0 0 0 0 1\n")
     for target in (bag, tum):
         link(target, target.with_suffix(".png"))
     before = contents_of(tmp_path)
-    refused(capsys, ["check", str(bag), "--json", str(bag.with_suffix(".png")), *force])
+    refused(capsys, ["check", str(bag), "--json", str(bag.with_suffix(".png")), *replace])
     true = ["evaluate", str(tum), "--reference", str(tum)]
     for flag in ("--json", "--plot"):
-        refused(capsys, [*true, flag, str(tum.with_suffix(".png")), *force])
+        refused(capsys, [*true, flag, str(tum.with_suffix(".png")), *replace])
     assert contents_of(tmp_path) == before
 
 
@@ -192,7 +194,7 @@ def test_paths_that_are_written_differently_are_the_same(
     monkeypatch.chdir(tmp_path / "other")
     for path in ("../true.tum", "../other/../true.tum", str(tmp_path / "folder" / "true.tum")):
         said = refused(
-            capsys, ["evaluate", "none.tum", "--reference", "../true.tum", "--json", path, "--force"]
+            capsys, ["evaluate", "none.tum", "--reference", "../true.tum", "--json", path, "--replace"]
         )
         assert "is read by this run" in said
     for path in ("../drive/", "../folder/drive/new.json", "../drive/deep/new.json"):
@@ -205,7 +207,7 @@ def test_the_image_of_a_map_is_read_with_it(
     inputs: dict[str, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["localize", "none.bag", "--map", str(inputs["map"]), "--out", "none"]
-    said = refused(capsys, [*words, "--json", str(inputs["image"]), "--force"])
+    said = refused(capsys, [*words, "--json", str(inputs["image"]), "--replace"])
     assert "is read by this run" in said
 
 
@@ -251,7 +253,8 @@ def test_what_cannot_be_written_is_told_before_any_work(
 
 @pytest.mark.slow
 def test_a_command_may_be_repeated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the same outputs, in the order of a day's work; and each writes what is declared of it."""
+    """With the same outputs and --replace, in the order of a day's work; and each writes what is declared of
+    it."""
     monkeypatch.chdir(tmp_path)
     write_bag(Path("drive.bag"), 40)
     day = [
@@ -265,7 +268,7 @@ def test_a_command_may_be_repeated(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     ]
     for words in day:
         for _ in range(2):
-            assert run([*words.split(), "--quiet"]) == 0, words
+            assert run([*words.split(), "--quiet", "--replace"]) == 0, words
         command = next(command for command in ALL if command.words == (words.split()[0],))
         mark = command.written.get("out")
         if isinstance(mark, WritesFolder):
@@ -283,13 +286,14 @@ def test_results_of_a_run_are_not_those_of_another(
     before = contents_of(Path("run"))
     for words in (
         "localize drive.bag --map run --out run",
-        "localize drive.bag --map run/map.yaml --out run --force",
+        "localize drive.bag --map run/map.yaml --out run --replace",
+        "map drive.bag --out run",
         "merge run none --out run",
-        "map run/record --out run --record --force",
+        "map run/record --out run --record --replace",
         "map run/record --continue run --out run --record",
         "localize run/record --map building --out run --record",
         "render run --out none --json run/report.json",
-        "map drive.bag --out none --continue run --json run/report.json --force",
+        "map drive.bag --out none --continue run --json run/report.json --replace",
         "evaluate run/trajectory.tum --reference a.tum --json run/report.json",
         "evaluate run/trajectory.tum --reference a.tum --plot run/map.png",
     ):
@@ -299,7 +303,7 @@ def test_results_of_a_run_are_not_those_of_another(
     assert capsys.readouterr().err.startswith("none.bag ")  # the place is right, only the bag is missing
 
 
-def test_a_map_of_others_is_replaced_only_by_force(
+def test_a_map_of_others_is_replaced_only_when_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -308,13 +312,79 @@ def test_a_map_of_others_is_replaced_only_by_force(
     Path("maps/notes.txt").write_text("mine")
     Path("figures.json").write_text("{}")
     words = ["map", "drive.bag", "--out", "maps", "--quiet"]
-    assert "maps/map.pgm was not written by racecar" in refused(capsys, words)
-    assert "--force" in refused(capsys, [*words[:3], "new", "--json", "figures.json"])
-    assert run([*words, "--json", "figures.json", "--force"]) == 0
-    assert run([*words, "--json", "figures.json"]) == 0
+    theirs = contents_of(Path("maps"))
+    assert "maps holds map.pgm (by another program) and map.yaml (by another" in refused(capsys, words)
+    assert "--replace" in refused(capsys, [*words[:3], "new", "--json", "figures.json"])
+    assert run([*words, "--json", "figures.json", "--replace"]) == 0
+    assert run([*words, "--json", "figures.json", "--replace"]) == 0
     assert Path("maps/notes.txt").read_text() == "mine"
+    for name in ("map.pgm", "map.yaml"):
+        kept = Path("maps", name.replace(".", ".kept."))
+        assert kept.read_bytes() == theirs[Path("maps", name)]
+    assert not list(Path("maps").glob("*.kept-2*"))  # our own files are not kept
     by_another(write_bag(Path("others/record"), 3))
-    assert "is a recording" in refused(capsys, [*words[:3], "others", "--record", "--force"])
+    assert "is a recording" in refused(capsys, [*words[:3], "others", "--record", "--replace"])
+
+
+def keepout_edits(run: Path) -> None:
+    (run / "edits.yaml").write_text("- keepout: [[0, 0], [1, 0], [1, 1]]\n")
+
+
+def paint(picture: Path) -> bytes:
+    """Change the last pixel, as in an image editor."""
+    contents = bytearray(picture.read_bytes())
+    contents[-1] = 255 - contents[-1]
+    picture.write_bytes(contents)
+    return bytes(contents)
+
+
+def test_what_was_made_by_hand_is_named_before_it_is_replaced_and_kept_then(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_bag(Path("drive.bag"), 40)
+    home = Path("run")
+    again, render = (
+        ["map", "drive.bag", "--out", "run", "--quiet"],
+        ["render", "run", "--out", "run", "--quiet"],
+    )
+    assert run(again) == 0
+    keepout_edits(home)
+    assert run(render) == 0
+    assert run(render) == 0  # what was made from a run replaces it unasked
+    said = refused(capsys, again)
+    assert "run holds the results of `racecar render` for drive.bag and its keepout mask, which" in said
+
+    painted, mask = paint(home / "map.pgm"), paint(home / "keepout_mask.pgm")
+    before = contents_of(home)
+    said = refused(capsys, render)
+    assert "run holds keepout_mask.pgm (by another program) and map.pgm (by another program), " in said
+    assert "keepout mask" not in said
+    said = refused(capsys, again)
+    assert "for drive.bag, keepout_mask.pgm (by another program) and map.pgm (by another program)" in said
+    assert contents_of(home) == before
+
+    assert run([*again, "--replace"]) == 0
+    assert not (home / "keepout_mask.pgm").exists()  # of a map that may have lain otherwise
+    assert (home / "edits.yaml").read_bytes() == before[home / "edits.yaml"]
+    assert (home / "map.kept.pgm").read_bytes() == painted != (home / "map.pgm").read_bytes()
+    assert (home / "keepout_mask.kept.pgm").read_bytes() == mask
+    assert "keepout_mask.pgm" not in json.loads((home / "report.json").read_text())["files"]
+    assert run(render) == 0
+    painted = paint(home / "map.pgm")
+    assert run([*render, "--replace"]) == 0
+    assert (home / "map.kept-2.pgm").read_bytes() == painted
+
+
+def test_a_mask_that_was_drawn_elsewhere_is_no_leftover(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_bag(Path("drive.bag"), 40)
+    assert run(["map", "drive.bag", "--out", "run", "--quiet"]) == 0
+    shutil.copy("run/map.pgm", "run/speed_mask.pgm")
+    said = refused(capsys, ["render", "run", "--out", "run"])
+    assert "run holds speed_mask.pgm (by another program), which" in said
 
 
 def test_streams_are_written_to(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -210,7 +210,8 @@ def test_edits_turn_with_the_map_and_are_drawn_again_from_there(drive: Path, tmp
     told = json.loads((out / "report.json").read_text())["result"]["frame_of_source"]
     x, y, _ = compose([told["x_m"], told["y_m"], told["yaw_rad"]], [1.5, 0.0, 0.0])
     assert value_at(out, "keepout_mask.yaml", x, y) == 100
-    assert render(source, out, "--turn", "0.6") == 0  # what was written by us is replaced
+    assert render(source, out, "--turn", "0.6", "--replace") == 0
+    assert not list(out.glob("*.kept*"))  # what was written by us is replaced
     assert run(["render", str(out), "--out", str(tmp_path / "again"), "--quiet"]) == 0
     assert (tmp_path / "again/map.pgm").read_bytes() == (out / "map.pgm").read_bytes()
 
@@ -239,14 +240,16 @@ def test_masks_of_edits_that_are_gone_go_too(drive: Path, tmp_path: Path) -> Non
 
 
 def test_a_drive_that_carries_on_keeps_the_edits_and_one_that_does_not_tells(
-    drive: Path, tmp_path: Path
+    drive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     source, both = with_edits(drive, tmp_path), tmp_path / "both"
     arguments = ["map", str(drive / "drive.bag"), "--quiet", "--out"]
     assert run([*arguments, str(both), "--continue", str(source / "map")]) == 0
     assert (both / "edits.yaml").read_text() == EDITS
     assert value_at(both, "map.yaml", 3.5, 0.0) == -1
-    assert run([*arguments, str(both)]) == 0
+    assert run([*arguments, str(both)]) == 2
+    assert "its keepout mask and its speed mask, which would be replaced" in capsys.readouterr().err
+    assert run([*arguments, str(both), "--replace"]) == 0
     assert value_at(both, "map.yaml", 3.5, 0.0) == 0
     assert not (both / "keepout_mask.yaml").exists()
     assert "was not applied" in json.loads((both / "report.json").read_text())["warnings"][0]

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.files.outputs import output_folder, written_to
+from racecar.pipelines.files.outputs import whole_folder, written_to
 
 
 def names(folder: Path) -> list[str]:
@@ -13,7 +13,7 @@ def names(folder: Path) -> list[str]:
 
 def test_folder_appears_whole(tmp_path: Path) -> None:
     target = tmp_path / "new" / "run"
-    with output_folder(target) as staging:
+    with whole_folder(target) as staging:
         (staging / "map").mkdir()
         (staging / "map" / "map.yaml").write_text("a")
         (staging / "report.json").write_text("b")
@@ -26,7 +26,7 @@ def test_folder_appears_whole(tmp_path: Path) -> None:
 def test_folder_keeps_files_of_others(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / "report.json").write_text("old")
-    with output_folder(tmp_path) as staging:
+    with whole_folder(tmp_path) as staging:
         (staging / "report.json").write_text("new")
     assert names(tmp_path) == ["notes.txt", "report.json"]
     assert (tmp_path / "report.json").read_text() == "new"
@@ -37,7 +37,7 @@ def test_folder_is_untouched_after_an_error(tmp_path: Path, error: type[BaseExce
     (tmp_path / "report.json").write_text("old")
 
     def fail(target: Path) -> None:
-        with output_folder(target) as staging:
+        with whole_folder(target) as staging:
             (staging / "report.json").write_text("new")
             raise error
 
@@ -50,15 +50,15 @@ def test_folder_is_untouched_after_an_error(tmp_path: Path, error: type[BaseExce
 
 def test_folder_that_is_a_file(tmp_path: Path) -> None:
     (tmp_path / "run").write_text("")
-    with pytest.raises(UserError, match="is a file"), output_folder(tmp_path / "run"):
+    with pytest.raises(UserError, match="is a file"), whole_folder(tmp_path / "run"):
         pass
-    with pytest.raises(UserError, match="Cannot write"), output_folder(tmp_path / "run" / "below"):
+    with pytest.raises(UserError, match="Cannot write"), whole_folder(tmp_path / "run" / "below"):
         pass
 
 
 def test_folder_that_cannot_be_written_is_refused_at_once() -> None:
     entered = False
-    with pytest.raises(UserError, match="/proc/run"), output_folder(Path("/proc/run")):
+    with pytest.raises(UserError, match="/proc/run"), whole_folder(Path("/proc/run")):
         entered = True
     assert not entered
 
@@ -66,14 +66,14 @@ def test_folder_that_cannot_be_written_is_refused_at_once() -> None:
 def test_what_was_written_is_known_afterwards(tmp_path: Path) -> None:
     target = tmp_path / "run"
     assert written_to(target) == ()
-    with output_folder(target) as staging:
+    with whole_folder(target) as staging:
         (staging / "record").mkdir()
         (staging / "map.png").write_text("a")
     (target / "notes.txt").write_text("mine")
     assert written_to(target) == ("map.png", "record/")
-    with pytest.raises(KeyboardInterrupt), output_folder(target):
+    with pytest.raises(KeyboardInterrupt), whole_folder(target):
         raise KeyboardInterrupt
-    with output_folder(target) as staging:
+    with whole_folder(target) as staging:
         (staging / "report.json").write_text("b")
     assert written_to(target) == ("report.json",)
 
@@ -87,7 +87,7 @@ def test_the_report_comes_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         moved.append(Path(source).name)
         replace(source, target)
 
-    with output_folder(tmp_path / "run") as staging:
+    with whole_folder(tmp_path / "run") as staging:
         (staging / "record").mkdir()
         for name in ("report.json", "map.yaml", "session.npz", "trajectory.tum", "record/record_0.mcap"):
             (staging / name).write_text("a")

@@ -11,7 +11,7 @@ import pytest
 from racecar.maps import whole_folders
 from racecar.maps.errors import UserError
 from racecar.maps.whole_folders import finish_replacing, remove_with
-from racecar.pipelines.files.outputs import output_folder, written_to
+from racecar.pipelines.files.outputs import whole_folder, written_to
 from tests.killed import killed_at
 
 OLD = dict.fromkeys(("map.pgm", "map.yaml", "report.json", "record/a.mcap", "mask.yaml"), "old")
@@ -25,7 +25,7 @@ def no_waiting_for_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def write_new(folder: Path) -> None:
-    with output_folder(folder) as staging:
+    with whole_folder(folder) as staging:
         for name, content in NEW.items():
             (staging / name).parent.mkdir(exist_ok=True)
             (staging / name).write_text(content)

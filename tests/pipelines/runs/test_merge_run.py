@@ -97,5 +97,8 @@ def test_a_merged_map_does_not_replace_that_of_a_drive(
     copytree(whole, drive)
     (drive / "trajectory.tum").write_text("")
     (drive / "report.json").write_text(dumps({"command": "racecar map"}))
-    assert run_command(["merge", str(whole), str(part), "--out", str(drive)]) == 2
-    assert "name another folder with --out" in " ".join(capsys.readouterr().err.split())
+    words = ["merge", str(whole), str(part), "--out", str(drive)]
+    assert run_command(words) == 2
+    assert "holds the results of `racecar map`, which would be replaced" in capsys.readouterr().err
+    assert run_command([*words, "--replace", "--quiet"]) == 0
+    assert not (drive / "trajectory.tum").exists()  # of a single drive

@@ -1,6 +1,7 @@
 """Edits that are drawn go into the folder of their map, and the map is rendered with them."""
 
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from racecar.maps.grid.edits import Edit
 from racecar.maps.map_files import load_map
 from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.edits_file import MapEdits, edits_beside
+from racecar.pipelines.runs.output_places import OutputFolder, check_places
 from racecar.pipelines.studio.edit.saving import Saving, as_the_map_lies
 
 AREA = Edit("unknown", np.array([[1.0, -0.5], [2.0, -0.5], [2.0, 0.5], [1.0, 0.5]]))
@@ -40,7 +42,11 @@ def saving(folder: Path) -> Saving:
 
 
 def save(to: Saving, edits: MapEdits, out: Path, *, straight: bool = False, cropped: bool = False) -> str:
-    return to.save(edits, out, is_straightened=straight, is_cropped=cropped)
+    return to.save(edits, out, check, is_straightened=straight, is_cropped=cropped)
+
+
+def check(place: OutputFolder, read: Sequence[Path]) -> None:
+    check_places([place], read, replace=False)
 
 
 def value_at(map: Path, x: float, y: float) -> int:
