@@ -79,10 +79,10 @@ def test_map_and_localize_read_the_part(tmp_path: Path, capsys: pytest.CaptureFi
     assert json.loads((cut / "report.json").read_text())["inputs"]["part"] == {"start": 0.0, "duration": 1.0}
     started = json.loads((localized / "report.json").read_text())["inputs"]
     assert started["start_source"] == "the map's trajectory.tum"
-    rest = ["--start", "1.5", "--quiet"]  # nothing that the first second's map has seen
+    rest = ["--start", "1.5", "--quiet", "--replace"]  # nothing that the first second's map has seen
     assert run(["localize", str(bag), "--map", str(cut), "--out", str(localized), *rest]) == 0
     report = json.loads((localized / "report.json").read_text())
     assert "against_mapping_trajectory" not in report["accuracy"]
     assert report["inputs"]["start_source"] == "the map's trajectory.tum"  # half a second away
-    assert run(["map", str(bag), "--out", str(cut), "--start", "60"]) == 2
+    assert run(["map", str(bag), "--out", str(cut), "--start", "60", "--replace"]) == 2
     assert capsys.readouterr().err.count("\n") == 1

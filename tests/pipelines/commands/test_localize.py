@@ -56,9 +56,8 @@ def write_drive(bag: Path, covered: int = 0) -> None:
 
 
 def localize(bag: Path, *flags: str) -> int:
-    return run(
-        ["localize", str(bag), "--map", str(bag.parent / "map"), "--out", str(bag.parent / "out"), *flags]
-    )
+    places = ["--map", str(bag.parent / "map"), "--out", str(bag.parent / "out"), "--replace"]
+    return run(["localize", str(bag), *places, *flags])
 
 
 def mean_error(bag: Path) -> float:

@@ -42,7 +42,7 @@ def test_a_wrong_map_is_written_and_told_and_strict_ends_in_3(
     last = capsys.readouterr().out.strip().splitlines()[-1]
     assert last.startswith("The map is wrong")
     assert last.endswith("Walls lie apart. Here.")
-    assert map_a_bag(tmp_path, "--strict", "--quiet") == 3
+    assert map_a_bag(tmp_path, "--strict", "--quiet", "--replace") == 3
     told = json.loads((tmp_path / "out/report.json").read_text())["quality"]
     assert told["verdict"] == "wrong"
     assert told["statistics"] == {"spread_local": None}
@@ -92,5 +92,5 @@ def test_commands_name_the_file_of_json(
     assert run([command, *arguments, "--json", str(figures)]) == 0
     assert f"The figures are in {figures}." in capsys.readouterr().out
     assert figures.exists()
-    assert run([command, *arguments, "--json", str(figures), "--quiet"]) == 0
+    assert run([command, *arguments, "--json", str(figures), "--quiet", "--replace"]) == 0
     assert capsys.readouterr().out == ""

@@ -60,7 +60,6 @@ def in_list(page: Opened, name: str) -> bool:
 
 def draw(page: Opened, corners: list[tuple[float, float]]) -> None:
     for corner in corners:
-        page.tab.wait_for_timeout(600)  # two clicks at once would zoom
         page.click(corner)
 
 
@@ -119,6 +118,23 @@ def test_mistakes_are_told_steps_undone_and_all_pages_see_the_same(
     page.press("Save and render")
     page.wait_for(lambda: page.says("was rendered into"), "the map to be saved")
     assert edits_beside(folder).edits == ()
+
+
+@pytest.mark.slow
+def test_no_click_is_lost_while_the_page_is_busy(page: Opened) -> None:
+    draft = page.studio._screen._draft  # type: ignore[union-attr]
+    page.tab.evaluate(
+        "() => { setTimeout(() => { const end = Date.now() + 2000; while (Date.now() < end); }) }"
+    )
+    for corner in AREA:
+        page.click(corner)
+    page.wait_for(lambda: len(draft.corners) == len(AREA), "all corners", lambda: str(draft.corners))
+    np.testing.assert_allclose(draft.corners, AREA, atol=0.05)
+    page.tab.evaluate(
+        "() => { for (const button of document.querySelectorAll('button'))"
+        " if (button.textContent.trim() === 'Undo') for (let n = 0; n < 3; n++) button.click(); }"
+    )
+    page.wait_for(lambda: len(draft.corners) == len(AREA) - 3, "each press", lambda: str(draft.corners))
 
 
 @pytest.mark.slow
