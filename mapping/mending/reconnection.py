@@ -43,7 +43,7 @@ def match_passes(
     store: ScanStore, is_trusted: NDArray[np.bool_], known: ConstraintList, poses: Pose, apart: Pairs
 ) -> Sequence[Constraint]:
     """Match the scans of neighbouring passes with keyframes at ``poses`` (K, 3), unless ``known`` constraints
-    connect them, or one of both is not trusted (K,), or they are kept ``apart``."""
+    connect them, or a scan is not trusted (K,), or they are kept ``apart``."""
     pairs = pairs_with_first_pass(poses, store.is_kept & is_trusted)
     connected = set(map(tuple, known.ends.tolist()))
     is_new = np.array([tuple(pair) not in connected for pair in pairs.tolist()], dtype=np.bool_)
