@@ -1,5 +1,6 @@
 """The result of a mapping run."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,7 +14,7 @@ from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.drawing import DrawnMap, Views
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.mapper_state import MapperState
-from racecar.maps.geometry.se2 import Pose, compose
+from racecar.maps.geometry.se2 import Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.maps.trajectory import Trajectory
@@ -63,6 +64,18 @@ class MappingResult:
     def constraints(self) -> list[Constraint]:
         """Constraints between the bases of keyframes."""
         return list(self.session.constraints_between_bases())
+
+    def points_in_space(self) -> Iterator[NDArray[np.float64]]:
+        """(N, 3) metres in the map, z up from the base: each of the clouds or, if there are none, the
+        returns of all keyframes at z = 0."""
+        if not self.clouds:
+            returns = self.session.points.astype(np.float64)
+            yield np.column_stack([returns, np.zeros(len(returns))])
+            return
+        map_from_keyframe = self.session.map_from_keyframe[-len(self.keyframe_indices) :]
+        for keyframe, cloud in self.clouds.items():
+            points = transform_points(map_from_keyframe[keyframe], cloud[:, :2].astype(np.float64))
+            yield np.column_stack([points, cloud[:, 2]])
 
 
 def result_of(

@@ -31,7 +31,11 @@ class FileFlags:
     """Files of a map that are only written on request."""
 
     ply: Annotated[
-        bool, typer.Option("--ply", help="Also write points.ply, the map as a cloud of points.")
+        bool,
+        typer.Option(
+            "--ply",
+            help="Also write points.ply, a cloud of points: from the bag of a 3D LiDAR in space.",
+        ),
     ] = False
     png: Annotated[
         bool, typer.Option("--png", help="Also write map_image.png, the pixels of the map as a PNG.")

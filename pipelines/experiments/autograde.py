@@ -24,10 +24,10 @@ from racecar.pipelines.experiments.page import (
     MAP_OF_NUMBERS,
     OURS_NAME,
     Page,
-    draw_map,
     height_of_map,
     plus_minus,
 )
+from racecar.pipelines.files.pictures.grid_drawing import draw_grid
 from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
@@ -174,7 +174,7 @@ def _draw_path(page: Page, drive: SimulatedDrive, centimetres: NDArray[np.float6
     )
     with page.draw("autograde-path", height_of_map(low, high, around_mm=26), shows) as figure:
         axes = figure.subplots()
-        draw_map(axes, drive.grid, low, high)
+        draw_grid(axes, drive.grid, low, high)
         drawn = axes.scatter(
             places[:, 0], places[:, 1], s=5, c=centimetres, cmap=MAP_OF_NUMBERS, linewidths=0, zorder=3
         )

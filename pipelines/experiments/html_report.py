@@ -8,8 +8,9 @@ from racecar.pipelines.experiments.experiment import ExperimentSettings
 from racecar.pipelines.experiments.page import FigureTable, Page, Picture
 
 _STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #1b1f24; max-width: 38rem; margin: 2rem auto;
+body { font: 16px/1.5 system-ui, sans-serif; color: #1b1f24; max-width: 56rem; margin: 2rem auto;
        padding: 0 1rem; }
+p, nav, figure { max-width: 38rem; }
 h1 { font-size: 1.7rem; }
 h2 { font-size: 1.25rem; margin-top: 3rem; border-top: 1px solid #dfe3e8; padding-top: 1rem; }
 figure { margin: 1.5rem 0; } figure img { width: 100%; height: auto; }
@@ -20,6 +21,7 @@ caption { text-align: left; font-weight: 600; padding-bottom: 0.3rem; }
 th, td { border-bottom: 1px solid #dfe3e8; padding: 0.25rem 0.7rem 0.25rem 0; text-align: left;
          white-space: nowrap; }
 th { vertical-align: bottom; white-space: normal; }
+#settings td { white-space: normal; vertical-align: top; }
 nav ol { padding-left: 1.2rem; } a { color: #0072B2; }
 """
 
@@ -54,11 +56,19 @@ as MIT's robotics course (RSS, lab 5) teaches it (course), unless their legend s
 {contents}
 </ol></nav>
 {sections}
-<h2 id="settings">Settings</h2>
-<p>{escape(", ".join(f"{key} {value}" for key, value in settings.localization.model_dump().items()))}.</p>
+<section id="settings">
+<h2>Settings of this library's filter</h2>
+{_table(_settings(settings))}
+</section>
 </body>
 </html>
 """
+
+
+def _settings(settings: ExperimentSettings) -> FigureTable:
+    given, fields = settings.localization, type(settings.localization).model_fields
+    rows = [(name, f"{getattr(given, name):g}", field.description or "") for name, field in fields.items()]
+    return FigureTable("", ("setting", "value", "meaning"), rows)
 
 
 def _section(name: str, result: Page, numbers: Iterator[int]) -> str:
@@ -83,7 +93,8 @@ def _table(table: FigureTable) -> str:
     rows = "\n".join(
         "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows
     )
+    caption = f"<caption>{escape(table.title)}</caption>" if table.title else ""
     return (
-        f'<div class="wide"><table><caption>{escape(table.title)}</caption>'
+        f'<div class="wide"><table>{caption}'
         f"<thead><tr>{head}</tr></thead><tbody>\n{rows}\n</tbody></table></div>"
     )

@@ -11,7 +11,8 @@ from racecar.maps.geometry.se2 import Pose, chained
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.pipelines.experiments.experiment import ExperimentSettings
 from racecar.pipelines.experiments.filters import with_motion_noise, with_particles
-from racecar.pipelines.experiments.page import BLUE, GREEN, ORANGE, TRUTH, VERMILLION, Page
+from racecar.pipelines.experiments.page import TRUTH, Page
+from racecar.pipelines.files.pictures.colors import BLUE, GREEN, ORANGE, VERMILLION
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
@@ -60,7 +61,7 @@ def _draw(page: Page, all_clouds: Mapping[str, list[Pose]]) -> None:
         f"{_PARTICLES} particles at the start and after some metres of path, without noise, and with the "
         "noise in use."
     )
-    with page.draw("motion-model", 150, shows, legend_columns=3) as figure:
+    with page.draw("motion-model", 126, shows, legend_columns=3) as figure:
         panels = figure.subplots(len(all_clouds), 1, sharex=True, sharey=True)
         for axes, (name, clouds) in zip(panels, all_clouds.items(), strict=True):
             axes.plot(*_path()[:, :2].T, color=TRUTH, linewidth=0.8, label="odometry", zorder=4)

@@ -11,21 +11,15 @@ from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from numpy.typing import NDArray
 
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.whole_files import write_atomically
-from racecar.pipelines.files.pictures.map_picture import draw_grid
+from racecar.pipelines.files.pictures.colors import BLACK, BLUE, VERMILLION
+from racecar.pipelines.files.pictures.figure_files import add_legend, figure_for_file
 
-BLACK, ORANGE, GREEN, BLUE, VERMILLION, PURPLE = (
-    *("#000000", "#E69F00", "#009E73", "#0072B2", "#D55E00", "#CC79A7"),
-)
-"""Okabe and Ito's palette, without its yellow and sky blue, which are too light for lines on white."""
 OURS, COURSE, TRUTH = BLUE, VERMILLION, BLACK
 OURS_NAME, COURSE_NAME = "racecar", "course"
 COLORS: Mapping[str, str] = {OURS_NAME: OURS, COURSE_NAME: COURSE}
@@ -35,6 +29,9 @@ _COLUMN_MM, _MM_PER_INCH = 85.0, 25.4
 _AXES_MM = 72.0
 """Width of the axes: that of a column minus the tick labels and the axis label."""
 _DOTS_PER_INCH = 300
+_TICKS_BY_DECADES = ((1.5, (1, 2, 5)), (2.5, (1, 3)), (np.inf, (1,)))
+"""Ticks in each decade of a logarithmic axis that shows at most this many decades: some three or four in
+all."""
 _STYLE: Any = {
     "font.size": 8,
     "axes.titlesize": 8,
@@ -96,13 +93,12 @@ class Page:
         It is then added, with a legend if that has columns; the same figure gives the same bytes.
         """
         with matplotlib.rc_context(_STYLE):
-            figure = Figure(
+            figure = figure_for_file(
                 figsize=(_COLUMN_MM / _MM_PER_INCH, height_mm / _MM_PER_INCH), layout="constrained"
             )
-            FigureCanvasAgg(figure)
             yield figure
             if legend_columns:
-                _add_legend_below(figure, legend_columns)
+                add_legend(figure, legend_columns)
             png, svg = BytesIO(), BytesIO()
             figure.savefig(png, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": None})
             figure.savefig(svg, format="svg", dpi=_DOTS_PER_INCH, metadata={"Date": None, "Creator": None})
@@ -133,24 +129,13 @@ def height_of_map(low: Sequence[float], high: Sequence[float], around_mm: float)
     return min(_AXES_MM * height / width, _COLUMN_MM) + around_mm
 
 
-def draw_map(axes: Axes, grid: OccupancyGrid, low: Sequence[float], high: Sequence[float]) -> None:
-    """Draw the map between two corners (2,); the axes are in metres."""
-    draw_grid(axes, grid)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-    axes.grid(visible=False)
-
-
-def _add_legend_below(figure: Figure, columns: int) -> None:
-    """Add one legend for all axes, below them, where it covers nothing; each label once."""
-    entries: dict[str, Any] = {}
-    for axes in figure.axes:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            entries.setdefault(label, handle)
-    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=columns)
-
-
-def show_plain_ticks(axis: Axis, values: Sequence[float]) -> None:
-    """Set plain decimal ticks on a logarithmic axis."""
+def show_plain_ticks(axis: Axis, values: Sequence[float] | None = None) -> None:
+    """Set plain decimal ticks on a logarithmic axis: the given ones, or some within what it shows."""
+    if values is None:
+        low, high = axis.get_view_interval()
+        first, last = np.log10(low), np.log10(high)
+        between = next(ticks for decades, ticks in _TICKS_BY_DECADES if last - first <= decades)
+        values = [tick * 10.0**power for power in range(int(first) - 1, int(last) + 1) for tick in between]
     axis.set_major_locator(FixedLocator(values))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_locator(NullLocator())

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,24 +14,21 @@ from racecar.maps.geometry.se2 import transform_points
 from racecar.pipelines.experiments.experiment import ExperimentSettings
 from racecar.pipelines.experiments.filters import Estimate, Track, heading_errors, place_errors, track
 from racecar.pipelines.experiments.page import (
-    BLUE,
-    GREEN,
-    PURPLE,
-    VERMILLION,
     Page,
-    draw_map,
     height_of_map,
     show_plain_ticks,
 )
 from racecar.pipelines.experiments.recording import Recording, stand_in
+from racecar.pipelines.files.pictures.colors import BLUE, GREEN, PURPLE, VERMILLION
 from racecar.pipelines.files.pictures.driven_time import DrivenTime
+from racecar.pipelines.files.pictures.grid_drawing import draw_grid
 from racecar.pipelines.files.pictures.moments import Moment, MomentsAlong
+from racecar.pipelines.files.pictures.overlay import draw_scan, number_moments, titles_of
 from racecar.pipelines.runs.evaluation.wall_fit import ON_WALL, WallFit
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.sensors.scan import Scan
 
 _MOMENTS = 4
-_DECADES = tuple(10.0**power for power in range(-3, 6))
 _STAND_IN_SECONDS, _QUICK_STAND_IN_SECONDS = 40.0, 15.0
 _VIEW = 6.0
 """Metres from the car to the edge of a panel."""
@@ -48,7 +44,7 @@ class LocalizedRecording:
     shares_on_wall: NDArray[np.float64]
     """(S,) share of the end points within 10 cm of a wall, nan for scans without any."""
     moments: Sequence[Moment]
-    """Scans at equal intervals along the path."""
+    """The scan that fits worst, and others along the path."""
 
 
 def real_run(settings: ExperimentSettings, parallel: ParallelRuns) -> Page:
@@ -77,7 +73,8 @@ def localized(
         judge.follow(estimate)
         points = transform_points(estimate.map_from_base, scan.points_in_base())
         shares.append(walls.share_of_points(points))
-        moments.add(judge.path_metres, Moment(scan.stamp, estimate.map_from_base, points, shares[-1]))
+        moment = Moment(scan.stamp, estimate.map_from_base, points, shares[-1])
+        moments.add(judge.path_metres, moment, is_known=estimate.is_place_known)
 
     run = parallel.here.run("Real run", track, [(localizer, recording.messages(), watch)])[0]
     return LocalizedRecording(recording, run, judge.path_metres, np.array(shares), moments.moments)
@@ -162,37 +159,29 @@ def _draw_path(page: Page, found: LocalizedRecording) -> None:
     low, high = middle - reach, middle + reach
     shows = "The path on the map, with the moments of the next figure numbered."
     height = height_of_map(low, high, around_mm=20)
-    box = {"boxstyle": "circle,pad=0.15", "facecolor": BLUE, "edgecolor": "white", "linewidth": 0.5}
     with page.draw("real-run-path", height, shows, legend_columns=4) as figure:
         axes = figure.subplots()
-        draw_map(axes, found.recording.grid, low, high)
+        draw_grid(axes, found.recording.grid, low, high)
         axes.plot(*path.T, color=BLUE, linewidth=1.0, label="path")
         axes.plot(*path[0], "o", color=GREEN, linestyle="none", label="start")
         axes.plot(*path[-1], "s", color=VERMILLION, linestyle="none", label="end")
         if measured is not None:
             axes.plot(*measured[:2], "x", color=PURPLE, linestyle="none", label="end, measured")
-        for number, moment in enumerate(found.moments, start=1):
-            x, y, _ = moment.map_from_base
-            style: Any = {"ha": "center", "va": "center", "fontsize": 6, "color": "white", "zorder": 6}
-            axes.text(x, y, f"{number}", bbox=box, **style)
+        number_moments(axes, found.moments, size=6)
         axes.set(xlabel="x (m)", ylabel="y (m)")
 
 
 def _draw_overlays(page: Page, found: LocalizedRecording) -> None:
     shows = (
-        "The scan laid on the map from where the filter says the car is, at four moments: where it covers "
-        "the walls, the pose is right."
+        "The scan laid on the map from where the filter says the car is, when it fits worst and at other "
+        "moments up to the end: where it covers the walls, the pose is right."
     )
     with page.draw("real-run-overlay", 98, shows, legend_columns=2) as figure:
         panels = figure.subplots(2, 2)
-        for number, (axes, moment) in enumerate(zip(panels.flat, found.moments, strict=False), start=1):
-            x, y, yaw = moment.map_from_base
-            draw_map(axes, found.recording.grid, (x - _VIEW, y - _VIEW), (x + _VIEW, y + _VIEW))
-            style = {"color": VERMILLION, "markersize": 1.6, "markeredgewidth": 0, "rasterized": True}
-            axes.plot(*moment.points_in_map.T, ".", **style)
-            axes.quiver(x, y, np.cos(yaw), np.sin(yaw), color=BLUE, scale=8, width=0.02, zorder=5)
-            seconds = (moment.stamp - found.run.stamps[0]) * 1e-9
-            axes.set_title(f"{number}: {seconds:.0f} s, {moment.share_on_wall:.0%} on walls", fontsize=7)
+        titles = titles_of(found.moments, int(found.run.stamps[0]))
+        for axes, moment, title in zip(panels.flat, found.moments, titles, strict=False):
+            draw_scan(axes, found.recording.grid, moment, _VIEW)
+            axes.set_title(title, fontsize=7)
         for axes in panels.flat[len(found.moments) :]:  # if there were fewer scans
             axes.set_axis_off()
         for axes in panels[-1]:
@@ -225,5 +214,5 @@ def _draw_over_time(page: Page, found: LocalizedRecording) -> None:
         latency.set(ylabel="latency (ms)", yscale="log")
         time.mark(*panels)
         for axes in panels[1:]:
-            show_plain_ticks(axes.yaxis, _DECADES)
+            show_plain_ticks(axes.yaxis)
         figure.align_ylabels()

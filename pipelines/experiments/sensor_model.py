@@ -7,15 +7,8 @@ from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
 from racecar.pipelines.experiments.experiment import ExperimentSettings
-from racecar.pipelines.experiments.page import (
-    BLUE,
-    GREEN,
-    MAP_OF_NUMBERS,
-    ORANGE,
-    TRUTH,
-    VERMILLION,
-    Page,
-)
+from racecar.pipelines.experiments.page import MAP_OF_NUMBERS, TRUTH, Page
+from racecar.pipelines.files.pictures.colors import BLUE, GREEN, ORANGE, VERMILLION
 from racecar.pipelines.runs.evaluation.course_filter import Z_MAX, mixture_parts, sensor_table
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
@@ -66,7 +59,7 @@ def _draw(page: Page, table: NDArray[np.float64]) -> None:
         "The sensor table as a surface; colours are logarithmic. The ridge is the wall where the map says it "
         "is, the edge at the back readings at the maximum."
     )
-    with page.draw("sensor-model-surface", 85, surface) as figure:
+    with page.draw("sensor-model-surface", 68, surface) as figure:
         axes = figure.add_subplot(projection="3d", computed_zorder=False)
         assert isinstance(axes, Axes3D)
         axes.plot_surface(
@@ -82,7 +75,7 @@ def _draw(page: Page, table: NDArray[np.float64]) -> None:
         )
         axes.set(xlabel="map says d (px)", ylabel="measured z (px)", zlabel="probability")
         axes.view_init(elev=32, azim=-125)
-        axes.set_box_aspect((1.0, 1.0, 0.65), zoom=0.9)
+        axes.set_box_aspect((1.0, 1.0, 0.65), zoom=1.05)
         figure.set_layout_engine("none")  # it would leave the labels of a 3D plot outside
         axes.set_position((0.1, 0.0, 0.82, 1.0))
         for axis in (axes.xaxis, axes.yaxis):

@@ -1,34 +1,48 @@
 """The map as a point cloud, for programs that display or process point clouds."""
 
 import ctypes
-from importlib.util import find_spec
+from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.maps.errors import UserError
 from racecar.maps.whole_files import write_atomically
 
+_COLORS_END_AT = (0.01, 0.99)
+"""Quantiles of the heights at both ends of the colours, so that stray points do not make the rest look
+alike."""
 
-def save_point_map(points: NDArray[np.float32], spacing: float, path: Path) -> None:
-    """Write points (N, 2), in metres, as a PLY in the plane z = 0, one point per cube of edge ``spacing``.
+
+def save_point_map(clouds: Iterable[NDArray[np.float64]], spacing: float, path: Path) -> None:
+    """Write points (N, 3) of each cloud, in metres, as a PLY, one point per cube of edge ``spacing``; if they
+    are not all of one height, coloured by height.
 
     Raises UserError when the file cannot be written.
     """
     open3d = _import_open3d()
-    in_space = np.column_stack([points, np.zeros(len(points))])
-    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(in_space)).voxel_down_sample(spacing)
+    whole = open3d.geometry.PointCloud()
+    for points in clouds:  # thinned one by one: together they may not fit into memory
+        cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points))
+        whole += cloud.voxel_down_sample(spacing)
+    whole = whole.voxel_down_sample(spacing)
+    heights = np.asarray(whole.points)[:, 2]
+    if len(heights) and np.ptp(heights) > 0.0:
+        whole.colors = open3d.utility.Vector3dVector(_colors(heights))
     with write_atomically(path) as partial:
-        if not open3d.io.write_point_cloud(str(partial), cloud):
+        if not open3d.io.write_point_cloud(str(partial), whole):
             raise OSError(f"open3d could not write {partial}")
 
 
-def require_open3d() -> None:
-    """Raises UserError when open3d is not installed."""
-    if find_spec("open3d") is None:
-        raise UserError("--ply needs open3d, which is not installed; install it with: pip install open3d.")
+def _colors(heights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 3) red, green and blue of heights (N,)."""
+    from matplotlib import colormaps
+    from matplotlib.colors import Normalize
+
+    low, high = np.quantile(heights, _COLORS_END_AT)
+    rgba: NDArray[np.float64] = colormaps["turbo"](Normalize(low, high, clip=True)(heights))
+    return rgba[:, :3]
 
 
 def _import_open3d() -> ModuleType:

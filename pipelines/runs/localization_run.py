@@ -14,6 +14,7 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
 from racecar.localization.warm_up import warm_up
+from racecar.mapping.session.recordings import Recording
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
@@ -50,12 +51,14 @@ from racecar.sensors.scan import Scan
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from racecar.pipelines.files.pictures.figure_files import NewFigure
+
 LOCALIZATION_FILES = ("trajectory.tum", "overlay.png", REPORT_FILE)
 
 _CONVERGED = 0.2
 """Standard deviation in metres below which the pose counts as found."""
 _MOMENTS = 6
-"""Number of scans drawn over the map, evenly along the path: two rows of panels."""
+"""Number of scans drawn over the map: two or three rows of panels."""
 _SAME_TIME = 1_000_000_000
 """Maximum nanoseconds from the first scan to a pose of the mapping trajectory. Chosen by judgement, since the
 mapper skips scans before the first odometry."""
@@ -111,10 +114,9 @@ class LocalizationRun:
 
         A notebook shows the figure by itself, a script with ``matplotlib.pyplot.show()``.
         """
-        from racecar.pipelines.files.pictures.map_picture import figure_to_show
-        from racecar.pipelines.files.pictures.overlay import overlay
+        from racecar.pipelines.files.pictures.figure_files import figure_to_show
 
-        return overlay(self.grid, self.trajectory, self.along.moments, self.title, new_figure=figure_to_show)
+        return self._picture(figure_to_show)
 
     def save(self, folder: str | Path, *, replace: bool = False) -> None:
         """Write the files that ``racecar localize`` writes: trajectory.tum, overlay.png and report.json.
@@ -137,14 +139,22 @@ class LocalizationRun:
         with report.stage("writing"):
             save_tum(self.trajectory, folder / "trajectory.tum")
             if is_installed("matplotlib"):
-                from racecar.pipelines.files.pictures.map_picture import save_figure
-                from racecar.pipelines.files.pictures.overlay import OVERLAY_DOTS_PER_INCH, overlay
+                from racecar.pipelines.files.pictures import figure_files
 
-                figure = overlay(self.grid, self.trajectory, self.along.moments, self.title)
-                save_figure(folder / "overlay.png", figure, OVERLAY_DOTS_PER_INCH)
+                picture = self._picture(figure_files.figure_for_file)
+                figure_files.save_figure(folder / "overlay.png", picture, figure_files.DOTS_PER_INCH)
             else:
                 report.warn(left_out("overlay.png was not drawn", "matplotlib"))
         report.write(folder / REPORT_FILE)
+
+    def _picture(self, new_figure: "NewFigure") -> "Figure":
+        from racecar.pipelines.files.pictures.overlay import overlay
+        from racecar.pipelines.runs.run_headings import heading
+
+        trajectory = self.trajectory
+        recording = Recording(self.title, int(trajectory.stamps[0]), int(trajectory.stamps[-1]))
+        said = heading(self.title, self.quality, self.judge.path_metres, [recording])
+        return overlay(self.grid, trajectory, self.along.moments, said, new_figure=new_figure)
 
 
 def localize_bag(
@@ -292,11 +302,12 @@ def _record(message: Measurement, run: LocalizationRun, localizer: Localizer, re
 
 def _judge(run: LocalizationRun, scan: Scan, walls: WallFit) -> None:
     """Measure the scan's fit to the walls, and keep a scan now and then along the path."""
-    map_from_base = run.estimates[-1].map_from_base
-    points = transform_points(map_from_base, scan.points_in_base())
+    estimate = run.estimates[-1]
+    points = transform_points(estimate.map_from_base, scan.points_in_base())
     share = walls.share_of_points(points)
     run.shares_on_wall.append(share)
-    run.along.add(run.judge.path_metres, Moment(scan.stamp, map_from_base, points, share))
+    moment = Moment(scan.stamp, estimate.map_from_base, points, share)
+    run.along.add(run.judge.path_metres, moment, is_known=estimate.is_place_known)
 
 
 def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader) -> None:

@@ -3,21 +3,18 @@
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.grid.config import RenderingConfig
-from racecar.maps.grid.thinning import thinned
-from racecar.maps.map_files import as_written, load_map, save_map, save_map_image
-from racecar.maps.trajectory import Trajectory
+from racecar.maps.map_files import load_map, save_map, save_map_image
 from racecar.maps.whole_folders import remove_with
 from racecar.pipelines.files.edits_file import save_edits
 from racecar.pipelines.files.filter_masks import FILTERS, filter_files, save_filter_masks
 from racecar.pipelines.files.g2o import save_g2o
 from racecar.pipelines.files.optional_packages import is_installed, require
-from racecar.pipelines.files.point_map import require_open3d, save_point_map
+from racecar.pipelines.files.point_map import save_point_map
 from racecar.pipelines.files.run_report import REPORT_FILE
 from racecar.pipelines.files.session_file import SESSION_FILE, save_session
 from racecar.pipelines.files.tum import save_tum
@@ -25,6 +22,9 @@ from racecar.pipelines.files.wall_drawings import save_walls_dxf, save_walls_svg
 
 if TYPE_CHECKING:
     from racecar.pipelines.runs.map_run import MapRun
+
+
+POINTS_FILE = "points.ply"
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class MapOutputKind:
 
 
 def _write_map(run: "MapRun", folder: Path) -> None:
-    save_map(run.result.tiled, folder / "map.yaml", **_pixels(run.result.rendering))
+    save_map(run.result.tiled, folder / "map.yaml", **run.result.rendering.pixels)
 
 
 def _write_edits(run: "MapRun", folder: Path) -> None:
@@ -61,11 +61,7 @@ def _write_edits(run: "MapRun", folder: Path) -> None:
 
 
 def _write_image(run: "MapRun", folder: Path) -> None:
-    save_map_image(run.result.tiled, folder / "map_image.png", **_pixels(run.result.rendering))
-
-
-def _pixels(rendering: RenderingConfig) -> dict[str, Any]:
-    return {name: getattr(rendering, name) for name in ("mode", "occupied_threshold", "free_threshold")}
+    save_map_image(run.result.tiled, folder / "map_image.png", **run.result.rendering.pixels)
 
 
 def _write_trajectory(run: "MapRun", folder: Path) -> None:
@@ -77,33 +73,14 @@ def _write_trajectory(run: "MapRun", folder: Path) -> None:
 
 
 def _write_picture(run: "MapRun", folder: Path) -> None:
-    from racecar.pipelines.files.pictures.map_picture import (
-        MAP_DOTS_PER_INCH,
-        MOST_DRAWN_CELLS,
-        map_picture,
-        save_figure,
-    )
+    from racecar.pipelines.files.pictures.figure_files import MAP_DOTS_PER_INCH, save_figure
+    from racecar.pipelines.runs.map_drawing import picture_of
 
-    result, trajectory, starts = run.result, run.trajectory, np.zeros(0, dtype=np.int64)
-    keyframes = result.map_from_keyframe
-    if not len(trajectory):
-        trajectory = Trajectory(np.arange(len(keyframes)), keyframes)
-        starts = 1 + np.flatnonzero(np.diff(result.session.times.numbers))
-    figure = map_picture(
-        thinned(as_written(result.tiled, **_pixels(result.rendering)), MOST_DRAWN_CELLS),
-        trajectory,
-        keyframes,
-        result.constraints,
-        run.title,
-        run.quality.segments,
-        starts=starts.tolist(),
-        caution=run.quality.caution,
-    )
-    save_figure(folder / "map.png", figure, MAP_DOTS_PER_INCH)
+    save_figure(folder / "map.png", picture_of(run), MAP_DOTS_PER_INCH)
 
 
 def _write_points(run: "MapRun", folder: Path) -> None:
-    save_point_map(run.result.session.points, run.result.tiled.resolution, folder / "points.ply")
+    save_point_map(run.result.points_in_space(), run.result.tiled.resolution, folder / POINTS_FILE)
 
 
 def _write_svg(run: "MapRun", folder: Path) -> None:
@@ -129,7 +106,9 @@ MAP_OUTPUTS = (
     ),
     MapOutputKind(("map.png",), _write_picture, package="matplotlib"),
     MapOutputKind((SESSION_FILE,), lambda run, folder: save_session(run.session, folder / SESSION_FILE)),
-    MapOutputKind(("points.ply",), _write_points, only_on_request=True, require=require_open3d),
+    MapOutputKind(
+        (POINTS_FILE,), _write_points, only_on_request=True, require=lambda: require("open3d", "--ply")
+    ),
     MapOutputKind(("map_image.png",), _write_image, only_on_request=True),
     MapOutputKind(("walls.svg",), _write_svg, only_on_request=True, reads_image=True),
     MapOutputKind(

@@ -95,18 +95,10 @@ class MapRun:
 
         A notebook shows the figure by itself, a script with ``matplotlib.pyplot.show()``.
         """
-        from racecar.pipelines.files.pictures.map_picture import figure_to_show, map_picture
+        from racecar.pipelines.files.pictures.figure_files import figure_to_show
+        from racecar.pipelines.runs.map_drawing import picture_of
 
-        return map_picture(
-            self.grid,
-            self.trajectory,
-            self.result.map_from_keyframe,
-            self.result.constraints,
-            self.title,
-            self.quality.segments,
-            caution=self.quality.caution,
-            new_figure=figure_to_show,
-        )
+        return picture_of(self, figure_to_show)
 
     def save(self, folder: str | Path, requested: Collection[str] = (), *, replace: bool = False) -> None:
         """Write the files that ``racecar map`` writes, such as map.yaml, map.png and trajectory.tum, and

@@ -72,6 +72,7 @@ def carry_out(job: MappingJob, context: "RunContext") -> "MapRun":
     with output_folder(job.out) as folder, job.reading.open(job.bag, job.config.sensors) as reader:
         with report.stage("loading"):  # after opening the bag, so that its faults are reported at once
             from racecar.pipelines.files.edits_file import MapEdits, edits_beside
+            from racecar.pipelines.runs.map_outputs import POINTS_FILE
             from racecar.pipelines.runs.map_run import protect_edits
             from racecar.pipelines.runs.mapping_run import build_map
             from racecar.pipelines.runs.view.recorder import record_mapping
@@ -85,6 +86,7 @@ def carry_out(job: MappingJob, context: "RunContext") -> "MapRun":
             continued=job.continued,
             initial_pose=job.initial_pose,
             seed=job.seed,
+            keep_clouds=POINTS_FILE in job.requested,
         )
         if job.record:
             with report.stage("recording"):

@@ -1,14 +1,14 @@
 """Map a bag: ``racecar.map_bag`` of Python, and the command ``racecar map``."""
 
 import gc
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
-from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.unrecognized import NotRecognizedError
@@ -72,11 +72,13 @@ def build_map(
     initial_pose: Sequence[float] | None = None,
     seed: int = 0,
     learns_sensors: bool = True,
+    keep_clouds: bool = False,
 ) -> MapRun:
     """Run the mapper on an open bag; figures and warnings go into the report.
 
     The map in the folder ``continued`` is extended; the drive starts on it at the ``initial_pose`` (3,) or
-    anywhere. If ``learns_sensors``, the sensors are calibrated from the beginning of the bag. The context's
+    anywhere. If ``learns_sensors``, the sensors are calibrated from the beginning of the bag. If
+    ``keep_clouds``, the result has the clouds of a sensor with many rows. The context's
     watcher sees every scan, and the first ones again from another mapper if the run restarts. A second Ctrl-C
     raises KeyboardInterrupt. Raises UserError when the bag holds no usable scan, and when the drive is not
     recognized on the earlier map.
@@ -90,7 +92,8 @@ def build_map(
             calibrate(reader, context)
     fixed_returns, scans = FixedReturns(), 0
     with stop_request(*context.stop_signals) as stop, stop.looked_for():
-        mapper, taken = _compare_clocks(reader, mapping, context, stop)
+        new_mapper = partial(Mapper, mapping, keep_clouds=keep_clouds)
+        mapper, taken = _compare_clocks(reader, new_mapper, context, stop)
         gc.freeze()  # the loaded libraries stay: scanning them again would take a twentieth of the time
         with context.progress("Reading", reader.message_count) as advance_to:
             for message in _mapped(reader, mapper, fixed_returns, context, stop, taken):
@@ -163,16 +166,17 @@ def _remedy(*, is_start_given: bool) -> str:
 
 
 def _compare_clocks(
-    reader: BagReader, config: MappingConfig, context: RunContext, stop: StopRequest
+    reader: BagReader, new_mapper: Callable[[int], Mapper], context: RunContext, stop: StopRequest
 ) -> tuple[Mapper, int]:
-    """A mapper with the odometry's lag learned from the first turns; and the number of messages it processed.
+    """A mapper made with the odometry's lag, learned from the first turns; and the number of messages it has
+    processed.
 
     A mapper learns the lag by itself, but until then it has placed skewed scans, from which slightly less
     than the full lag is learned. It therefore restarts until the lag it learns is the one it started with.
     """
     lag = 0
     for _ in range(_ROUNDS if reader.odom_topic else 0):
-        mapper, taken = Mapper(config, lag), 0
+        mapper, taken = new_mapper(lag), 0
         with context.progress("Comparing clocks", _FIRST_TURNS) as advance_to:
             messages = _mapped(reader, mapper, FixedReturns(), context, stop)
             for taken, _message in enumerate(islice(messages, _FIRST_TURNS), start=1):
@@ -182,7 +186,7 @@ def _compare_clocks(
         if mapper.odometry_lag.nanoseconds == lag or stop.is_made:
             return mapper, taken
         lag = mapper.odometry_lag.nanoseconds
-    return Mapper(config, lag), 0
+    return new_mapper(lag), 0
 
 
 def _mapped(

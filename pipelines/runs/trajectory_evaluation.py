@@ -94,26 +94,14 @@ def plot_errors(evaluated: Sequence[Evaluated], map_path: Path | None, picture: 
 
     Raises UserError when a given map cannot be read, or the picture cannot be written.
     """
-    from racecar.pipelines.files.pictures.error_picture import (
-        ERROR_DOTS_PER_INCH,
-        MeasuredPath,
-        error_picture,
-    )
-    from racecar.pipelines.files.pictures.map_picture import save_figure
+    from racecar.pipelines.files.pictures.figure_files import DOTS_PER_INCH, save_figure
+    from racecar.pipelines.runs.evaluation.error_picture import MeasuredPath, error_picture
 
     given = None if map_path is None else load_map(map_path)
     paths = [
-        MeasuredPath(
-            str(each.path),
-            each.errors.seconds,
-            each.errors.map_from_base,
-            each.errors.positions,
-            each.errors.headings,
-            given or _map_of(each.estimated.file),
-        )
-        for each in evaluated
+        MeasuredPath(str(each.path), each.errors, given or _map_of(each.estimated.file)) for each in evaluated
     ]
-    save_figure(picture, error_picture(paths), ERROR_DOTS_PER_INCH, "racecar evaluate")
+    save_figure(picture, error_picture(paths), DOTS_PER_INCH, "racecar evaluate")
 
 
 def _map_of(trajectory: Path) -> OccupancyGrid | None:

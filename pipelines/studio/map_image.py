@@ -12,7 +12,7 @@ from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
 from racecar.maps.grid.raster import Raster
 from racecar.maps.grid.thinning import thinned
 from racecar.maps.map_files import OCCUPIED_THRESHOLD
-from racecar.pipelines.files.pictures.map_picture import known_cells
+from racecar.pipelines.files.pictures.shown_area import known_cells
 from racecar.pipelines.studio.palette import Backdrop, Color
 
 _MOST_CELLS = 16_000_000

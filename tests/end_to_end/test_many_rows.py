@@ -17,7 +17,8 @@ from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.evaluation.evaluation import compare
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from tests.end_to_end.commands import Racecar
-from tests.end_to_end.many_rows import BASE_FROM_SENSOR, write_drive
+from tests.end_to_end.many_rows import BASE_FROM_SENSOR, CEILING, write_drive
+from tests.pipelines.files.test_point_map import read_ply
 
 BEARINGS = np.radians(np.arange(-180.0, 180.0))
 
@@ -65,9 +66,16 @@ def test_no_wall_that_could_be_seen_is_missing(
     assert np.mean(sample_field(distance_to_occupied(built), built, in_map) < 0.1) > 0.98
 
 
-def test_the_cloud_of_the_map_is_written(run: Path) -> None:
-    header = (run / "points.ply").read_bytes().split(b"end_header\n")[0]
-    assert int(header.split(b"element vertex ")[1].split()[0]) > 1000
+def test_the_cloud_of_the_map_stands_in_space(run: Path, plan_from_map: Pose) -> None:
+    points = read_ply(run / "points.ply")
+    heights = points["z"]
+    assert np.quantile(heights, 0.01) == pytest.approx(0.0, abs=0.1)  # the floor, which the rows see, too
+    assert heights.max() > 1.5
+    plan, is_wall = load_map(shipped_map("building")), (heights > 0.2) & (heights < CEILING - 0.2)
+    walls = transform_points(plan_from_map, np.column_stack([points["x"], points["y"]])[is_wall])
+    assert len(walls) > 10_000
+    assert np.mean(sample_field(distance_to_occupied(plan), plan, walls) < 0.1) > 0.95
+    assert len(np.unique(points["red"])) > 50
 
 
 def test_check_finds_nothing_wrong(racecar: Racecar, drive: tuple[Path, Trajectory], tmp_path: Path) -> None:

@@ -1,4 +1,5 @@
-"""Selection of scans to draw over the map: evenly spaced along the path, however long the car stood."""
+"""Selection of scans to draw over the map: the one that fits worst, and others evenly spaced along the path
+up to its end, however long the car stood."""
 
 from dataclasses import dataclass
 
@@ -35,11 +36,22 @@ class MomentsAlong:
         self._kept: list[tuple[float, Moment]] = []
         self._scans = 0
         self._end, self._step = 0.0, 0.0
+        self._last: Moment | None = None
+        self._worst: Moment | None = None
+        self._was_known = False
 
-    def add(self, metres: float, moment: Moment) -> None:
-        """Add a scan taken after ``metres`` of the path."""
+    def add(self, metres: float, moment: Moment, *, is_known: bool) -> None:
+        """Add a scan taken after ``metres`` of the path. Which one fits worst is asked from the first scan on
+        whose place ``is_known``."""
         self._end = metres + _STANDING * self._scans
         self._scans += 1
+        self._last = moment
+        if is_known and not self._was_known:
+            self._worst, self._was_known = None, True
+        if not np.isnan(moment.share_on_wall) and (
+            self._worst is None or moment.share_on_wall < self._worst.share_on_wall
+        ):
+            self._worst = moment
         if self._kept and self._end < self._kept[-1][0] + self._step:
             return
         self._kept.append((self._end, moment))
@@ -48,17 +60,16 @@ class MomentsAlong:
 
     @property
     def moments(self) -> list[Moment]:
-        """In time order, each at the centre of an equal part of the path."""
-        if not self._kept:
+        """The scan that fits worst; then, in time order, the scans at the ends of equal parts of the path."""
+        if self._last is None:
             return []
-        begin = self._kept[0][0]
-        length = self._end - begin
-        wanted = (begin + (number + 0.5) / self._count * length for number in range(self._count))
-        nearest = (
-            min(range(len(self._kept)), key=lambda index: abs(self._kept[index][0] - place))
-            for place in wanted
-        )
-        return [self._kept[index][1] for index in dict.fromkeys(nearest)]
+        worst = [] if self._worst is None else [self._worst]
+        parts = self._count - len(worst)
+        along = [*self._kept, (self._end, self._last)]
+        begin = along[0][0]
+        wanted = (begin + number / parts * (self._end - begin) for number in range(1, parts))
+        nearest = [min(along, key=lambda each: abs(each[0] - place))[1] for place in wanted]
+        return list(dict.fromkeys([*worst, *nearest, self._last]))
 
     def _thin_out(self) -> None:
         self._step = 2.0 * (self._end - self._kept[0][0]) / len(self._kept)

@@ -34,6 +34,8 @@ class TrajectoryErrors:
     """(M,) time of each matched pose, since the start of the trajectory."""
     map_from_base: Pose
     """(M, 3) the matched poses of the trajectory, before alignment."""
+    reference_from_base: Pose
+    """(M, 3) the poses of the reference at the same times."""
     positions: NDArray[np.float64]
     """(M,) metres, absolute position error of each matched pose after alignment."""
     headings: NDArray[np.float64]
@@ -83,6 +85,7 @@ def compare(
         reference_from_map=reference_from_map,
         seconds=(stamps - estimated.stamps[0]) * 1e-9,
         map_from_base=poses,
+        reference_from_base=reference_poses,
         positions=positions,
         headings=headings,
         relative_positions=relative_positions,

@@ -1,6 +1,7 @@
 """``racecar evaluate``: one trajectory or several, with a picture, and what it warns of."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,9 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.messages import POSE
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.commands.cli import run
-from racecar.pipelines.files.pictures import error_picture as module
 from racecar.pipelines.files.tum import save_tum
+from racecar.pipelines.runs.evaluation import error_picture as module
+from racecar.pipelines.runs.evaluation.evaluation import compare
 from racecar.sensors.odometry import Odometry
 from tests.pipelines.bag_samples import write_bag
 
@@ -87,19 +89,36 @@ def test_the_plot_shows_errors_on_the_map_and_over_time(
     assert run(["evaluate", *arguments]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == f"Look at {plot}."
     assert [path.grid is not None for path in drawn[0]] == [True, True, False]
-    assert drawn[0][0].seconds[-1] == pytest.approx(399 * 0.025)
-    np.testing.assert_allclose(drawn[0][0].positions, 0.02, atol=2e-3)
+    assert drawn[0][0].errors.seconds[-1] == pytest.approx(399 * 0.025)
+    np.testing.assert_allclose(drawn[0][0].errors.positions, 0.02, atol=2e-3)
     assert min(Image.open(plot).size) > 1000
     assert run(["evaluate", *arguments, "--map", str(beside.parent), "--quiet"]) == 0
     assert [path.grid is not None for path in drawn[1]] == [True, True, True]
 
 
 def test_the_colour_grows_with_the_error(reference: Path) -> None:
-    errors = np.linspace(0.0, 0.1, len(STAMPS))
-    path = module.MeasuredPath("run", STAMPS * 1e-9, TRUTH, errors, errors)
-    colored = module.error_picture([path]).axes[0].collections[0]
+    colored = module.error_picture([drifting("run")]).axes[0].collections[0]
     assert np.all(np.diff(np.asarray(colored.get_array())) > 0)
     assert colored.get_clim() == (0.0, pytest.approx(0.099, abs=1e-3))
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_the_reference_is_drawn_beside_each_run_and_among_all(count: int) -> None:
+    figure = module.error_picture([drifting(f"run {number}") for number in range(count)])
+    panels = [axes for axes in figure.axes if axes.get_xlabel() == "x (m)"]
+    assert len(panels) == (1 if count == 1 else count + 1)
+    for axes in panels:
+        (reference,) = (line for line in axes.lines if line.get_label() == "reference")
+        np.testing.assert_allclose(np.transpose(reference.get_data()), TRUTH[:, :2], atol=0.1)
+    if count > 1:
+        colors = {line.get_color() for line in panels[-1].lines}
+        assert len(colors) == count + 1
+
+
+def drifting(name: str) -> module.MeasuredPath:
+    """A run whose error grows to a decimetre."""
+    errors = compare(Trajectory(STAMPS, TRUTH), Trajectory(STAMPS, TRUTH))
+    return module.MeasuredPath(name, replace(errors, positions=np.linspace(0.0, 0.1, len(STAMPS))))
 
 
 @pytest.mark.parametrize(

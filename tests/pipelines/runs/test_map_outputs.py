@@ -1,5 +1,6 @@
 """The files of a mapping run, and how one is added."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,6 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.pipelines.commands.cli import run as run_command
-from racecar.pipelines.files import point_map
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs import map_outputs, mapping_run
 from racecar.pipelines.runs.map_outputs import MapOutputKind, outputs_with
@@ -57,7 +57,7 @@ def test_a_cloud_without_open3d_is_refused_before_the_bag_is_read(
     bag, out = tmp_path / "drive.bag", tmp_path / "out"
     arguments = ["--map", "track", "--out", str(bag), "--duration", "1", "--quiet"]
     assert run_command(["simulate", *arguments]) == 0
-    monkeypatch.setattr(point_map, "find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "open3d", None)
     monkeypatch.setattr(mapping_run, "build_map", lambda *_, **__: pytest.fail("mapped"))
     assert run_command(["map", str(bag), "--out", str(out), "--ply"]) == 2
     shown = capsys.readouterr().err

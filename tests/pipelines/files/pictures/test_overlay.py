@@ -6,9 +6,11 @@ from PIL import Image
 
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.files.pictures.map_picture import LOOP_COLOR, save_figure
+from racecar.pipelines.files.pictures.colors import LOOP_COLOR
+from racecar.pipelines.files.pictures.figure_files import DOTS_PER_INCH, save_figure
+from racecar.pipelines.files.pictures.heading import Heading
 from racecar.pipelines.files.pictures.moments import Moment
-from racecar.pipelines.files.pictures.overlay import OVERLAY_DOTS_PER_INCH, overlay
+from racecar.pipelines.files.pictures.overlay import overlay, titles_of
 
 
 def draw(path: Path, moments: int, points: int) -> Image.Image:
@@ -19,8 +21,8 @@ def draw(path: Path, moments: int, points: int) -> Image.Image:
     trajectory = Trajectory(np.arange(20) * 10**9, poses)
     share = 0.5 if points else np.nan
     scan = np.random.default_rng(0).uniform(-2, 2, (points, 2))
-    figure = overlay(grid, trajectory, [Moment(10**9, poses[1], scan, share)] * moments, "drive.bag")
-    save_figure(path, figure, OVERLAY_DOTS_PER_INCH)
+    figure = overlay(grid, trajectory, [Moment(10**9, poses[1], scan, share)] * moments, Heading("drive.bag"))
+    save_figure(path, figure, DOTS_PER_INCH)
     return Image.open(path).convert("RGB")
 
 
@@ -47,3 +49,16 @@ def test_the_same_bytes_again(tmp_path: Path) -> None:
     draw(tmp_path / "a.png", 2, points=50)
     draw(tmp_path / "b.png", 2, points=50)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+def test_panels_say_which_is_the_worst_and_which_the_end() -> None:
+    seconds, shares = (30.0, 10.0, 70.0), (0.4, 0.9, np.nan)
+    moments = [
+        Moment(int(second * 1e9), np.zeros(3), np.empty((0, 2)), share)
+        for second, share in zip(seconds, shares, strict=True)
+    ]
+    assert titles_of(moments, 0) == [
+        "1 (worst): 30 s, 40% on walls",
+        "2: 10 s, 90% on walls",
+        "3 (end): 70 s",
+    ]
