@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from benchmarks.harness.table import Column
+from racecar.maps.geometry.polyline import lengths_along
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.runs.evaluation.relations import missed_relations
-from racecar.pipelines.simulation.path_smoothing import lengths_along
 
 _PLACES = 80
 """Number of places along the path whose pairs give the error of the whole map: a few thousand pairs, enough

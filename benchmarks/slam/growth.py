@@ -15,12 +15,12 @@ from benchmarks.harness.bench import Bench
 from benchmarks.harness.table import Column
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
+from racecar.maps.geometry.polyline import lengths_along
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
 from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.files.report import resident_memory_mb
 from racecar.pipelines.runs.progress import progress_bar
-from racecar.pipelines.simulation.path_smoothing import lengths_along
 from racecar.pipelines.simulation.simulated_drive import every_nth_scan
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig

@@ -51,8 +51,9 @@ def track(
             from racecar.pipelines.runs.track_run import find_track, save_track
         found = find_track(run, context, spacing=spacing, smoothing=smoothing)
         save_track(found, context.report, folder, title=run.absolute().name)
-    widths = found.line.left + found.line.right
+    line = found.line
     done = (
-        f"The track is {found.line.length:.1f} m long, and {widths.min():.2f} to {widths.max():.2f} m wide."
+        f"The track is {line.length:.1f} m long, and {line.widths.min():.2f} to {line.widths.max():.2f} m "
+        "wide."
     )
     ending.end(context.report, [done], place, "track.png")

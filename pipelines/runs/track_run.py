@@ -38,7 +38,7 @@ class MeasuredTrack:
 def find_track(folder: Path, context: RunContext, *, spacing: float, smoothing: float) -> MeasuredTrack:
     """The track that the car of a mapping run drove; see `centre_line`. Warnings go into the report.
 
-    Raises UserError when there is no closed lap, or no boundary.
+    Raises UserError when there is no closed lap, or most of it has no boundary.
     """
     report = context.report
     run = render_run(folder, MappingConfig(resolution=CELL), context)
@@ -53,18 +53,19 @@ def find_track(folder: Path, context: RunContext, *, spacing: float, smoothing: 
             )
         grid = edited(run.result.tiled, run.edits.edits).in_one_piece()
         line = centre_line(grid, lap, run.result.session.points, spacing=spacing, smoothing=smoothing)
-    if line is None:
-        raise UserError(
-            f"Nothing bounds the track in {folder} on one side of the lap; draw a wall there in edits.yaml."
-        )
-    if not np.all(np.isfinite(line.left + line.right)):
-        raise UserError(f"A side of the track in {folder} is open; draw a wall there in edits.yaml.")
-    narrowest = int(np.argmin(line.left + line.right))
-    if (width := line.left[narrowest] + line.right[narrowest]) < _NARROW:
+    narrowest = int(np.argmin(line.widths))
+    if (width := line.widths[narrowest]) < _NARROW:
         x, y = line.points[narrowest]
         report.warn(
             f"At ({x:.1f}, {y:.1f}) the track is only {width:.2f} m wide; if what stands there is gone, "
             "erase it in edits.yaml."
+        )
+    if not np.all(line.is_walled):
+        x, y = line.points[np.argmin(line.is_walled)]
+        report.warn(
+            f"Along {np.mean(~line.is_walled):.0%} of the track a side is no wall (dotted in track.png), "
+            f"first near ({x:.1f}, {y:.1f}): nothing was seen there, or the track crosses itself. Draw a "
+            "wall in edits.yaml where there is one."
         )
     if len(crossed := line.crossed) > 0:
         x, y = line.points[crossed[0]]
@@ -77,24 +78,25 @@ def find_track(folder: Path, context: RunContext, *, spacing: float, smoothing: 
 
 def save_track(track: MeasuredTrack, report: Report, folder: Path, title: str) -> None:
     """Write ``track.csv`` and ``track.png`` into an existing folder."""
-    widths = track.line.left + track.line.right
+    line = track.line
     report.add(
         "track",
         {
-            "length_m": track.line.length,
-            "points": len(widths),
-            "narrowest_m": float(widths.min()),
-            "widest_m": float(widths.max()),
+            "length_m": line.length,
+            "points": len(line.points),
+            "narrowest_m": float(line.widths.min()),
+            "widest_m": float(line.widths.max()),
+            "walled_share": float(np.mean(line.is_walled)),
         },
     )
     with report.stage("writing"):
-        save_track_csv(track.line, folder / "track.csv")
-        save_track_picture(folder / "track.png", track.grid, track.line, title)
+        save_track_csv(line, folder / "track.csv")
+        save_track_picture(folder / "track.png", track.grid, line, title)
 
 
 def save_track_csv(line: CentreLine, path: Path) -> None:
     """Write one line per point of the centre line. Raises UserError when the file cannot be written."""
-    rows = np.column_stack([line.points, line.right, line.left])
+    rows = np.column_stack([line.points, line.right.widths, line.left.widths])
     text = "".join(",".join(f"{value:.4f}" for value in row) + "\n" for row in rows)
     with write_atomically(path) as partial:
         partial.write_text(f"{HEADER}\n{text}", encoding="ascii")

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.maps.geometry.polyline import lengths_along
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 from racecar.maps.grid.distance_field import sample_field
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.simulation.car import MAX_BRAKING, MAX_SIDE_ACCELERATION, MAX_STEERING, WHEELBASE, Car
 from racecar.pipelines.simulation.driving_lattice import Route
-from racecar.pipelines.simulation.path_smoothing import STEP, lengths_along, smooth_path
+from racecar.pipelines.simulation.path_smoothing import STEP, smooth_path
 
 TICK = 0.005
 """Seconds between the poses of a drive."""

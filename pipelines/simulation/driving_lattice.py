@@ -20,10 +20,10 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from racecar.maps.errors import UserError
+from racecar.maps.geometry.polyline import lengths_along
 from racecar.maps.geometry.se2 import Pose, compose, transform_points, wrap_angle
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED_FROM, OccupancyGrid
 from racecar.pipelines.simulation.car import BODY_CENTERS, BODY_RADIUS
-from racecar.pipelines.simulation.path_smoothing import lengths_along
 
 DIRECTIONS = np.array([
     (1, 0), (2, 1), (1, 1), (1, 2), (0, 1), (-1, 2), (-1, 1), (-2, 1),

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.maps.geometry.polyline import resample
 from racecar.maps.grid.distance_field import sample_field
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 
@@ -36,17 +37,3 @@ def smooth_path(
         points[movable][allowed] = pulled[allowed]
         here = np.where(allowed, there, here)
     return resample(points, STEP)
-
-
-def resample(points: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """Points (M, 2) about ``step`` apart along the polyline through points (N, 2), including its ends."""
-    along = lengths_along(points)
-    keep = np.concatenate([[True], np.diff(along) > 0])
-    evenly = np.linspace(0.0, along[-1], max(2, round(along[-1] / step) + 1))
-    return np.column_stack([np.interp(evenly, along[keep], points[keep, axis]) for axis in (0, 1)])
-
-
-def lengths_along(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N,) metres from the first point to each of points (N, 2)."""
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])

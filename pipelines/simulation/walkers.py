@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.maps.geometry.polyline import lengths_along
 from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
-from racecar.pipelines.simulation.path_smoothing import lengths_along
 
 LEG_RADIUS = 0.1
 """Metres, including trousers."""

@@ -12,6 +12,7 @@ from racecar.maps.geometry.se2 import transform_points
 from racecar.maps.grid.centre_line import CentreLine
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_rays
+from racecar.maps.grid.track_bounds import Bound
 from racecar.maps.map_files import load_map
 from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.report import Report
@@ -24,13 +25,14 @@ from racecar.pipelines.simulation.simulator import ground_truth_file
 def test_what_is_written(tmp_path: Path) -> None:
     angles = np.linspace(0.0, 2.0 * np.pi, 100, endpoint=False)
     points = 3.0 * np.column_stack([np.cos(angles), np.sin(angles)])
-    line = CentreLine(points, right=np.full(100, 0.75), left=np.full(100, 1.25))
+    right, left = (Bound(np.full(100, width), angles > 1.0, angles > 0.0) for width in (0.75, 1.25))
+    line = CentreLine(points, right, left)
     grid = OccupancyGrid(np.zeros((200, 200), dtype=np.int8), 0.05, np.array([-5.0, -5.0, 0.0]))
     report = Report("racecar track")
     save_track(MeasuredTrack(grid, line), report, tmp_path, "ring")
     assert (tmp_path / "track.csv").read_text().splitlines()[0] == "# x_m,y_m,w_tr_right_m,w_tr_left_m"
     rows = np.loadtxt(tmp_path / "track.csv", comments="#", delimiter=",")
-    np.testing.assert_allclose(rows, np.column_stack([points, line.right, line.left]), atol=1e-4)
+    np.testing.assert_allclose(rows, np.column_stack([points, right.widths, left.widths]), atol=1e-4)
     assert (tmp_path / "track.png").stat().st_size > 10_000
     assert report.as_dict()["track"]["length_m"] == pytest.approx(2.0 * np.pi * 3.0, rel=1e-3)
 

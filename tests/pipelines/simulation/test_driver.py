@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from racecar.maps.errors import UserError
+from racecar.maps.geometry.polyline import lengths_along, resample
 from racecar.maps.geometry.se2 import between, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
@@ -27,7 +28,7 @@ from racecar.pipelines.simulation.driving_lattice import (
     clearance_field,
     curves_from,
 )
-from racecar.pipelines.simulation.path_smoothing import lengths_along, resample, smooth_path
+from racecar.pipelines.simulation.path_smoothing import smooth_path
 from racecar.pipelines.simulation.routes import choose_start, round_trip
 
 
