@@ -33,6 +33,7 @@ from racecar.pipelines.live.ros.parameters import declare_settings, watch_settin
 from racecar.pipelines.live.ros.qos import LATCHED
 from racecar.pipelines.live.start_requests import StartRequests
 from racecar.pipelines.live.work.schedule import Schedule
+from racecar.pipelines.runs.view.headline import place_headline
 from racecar.sensors.findings import Finding
 from racecar.sensors.odometry import Odometry
 
@@ -132,7 +133,7 @@ class LocalizerNode(LiveNode):
 
     def stop(self) -> None:
         """Finish waiting work, save the pose and stop."""
-        self._display.end("The node has ended.")
+        self._display.end("The node has ended")
         super().stop()
         self._remember()
 
@@ -157,7 +158,9 @@ class LocalizerNode(LiveNode):
 
     def tell(self, wrong: list[str]) -> None:
         """Show on the page whether the car is localized, and current faults."""
-        self._display.tell(localizer_words(self._estimate, self._whereabouts.quality, wrong))
+        headline = place_headline(self._estimate, self.health.silence("scans with returns"))
+        drive = None if self._estimate is None else self._whereabouts.quality
+        self._display.tell(headline, localizer_words(drive, wrong))
 
     def take_scan(self, message: Any, arrival: int) -> None:
         """Let the worker localize it."""
@@ -301,6 +304,7 @@ class LocalizerNode(LiveNode):
             self.transforms.publish(stamp, estimate.map_from_base, "", None)
         self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
         if scan.is_return.any():
+            self.health.note("scans with returns")
             self._whereabouts.follow(estimate)
             is_lost = self._whereabouts.may_be_lost
             self.faults.judge(is_lost, Finding("lost"), "The scans fit the map again.")

@@ -22,7 +22,7 @@ from racecar.pipelines.bags.order import HeldScans
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.live.display.map_verdict import MapVerdict
 from racecar.pipelines.live.display.mapper_display import MapperDisplay
-from racecar.pipelines.live.display.words import mapper_words
+from racecar.pipelines.live.display.words import mapper_headline, mapper_words
 from racecar.pipelines.live.intake.first_messages import FirstMessages
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.node import LiveNode
@@ -165,7 +165,8 @@ class MapperNode(LiveNode):
 
     def tell(self, wrong: list[str]) -> None:
         """Show on the page how much is mapped, and current faults."""
-        self._display.tell(mapper_words(self._growth, self._verdict.quality, wrong))
+        headline = mapper_headline(self._verdict.quality, self.health.silence("scans"))
+        self._display.tell(headline, mapper_words(self._growth, self._verdict.quality, wrong))
 
     def summary(self) -> dict[str, Any]:
         """Figures of the whole run, including the mapper's longest delay in seconds."""

@@ -4,13 +4,13 @@ All of it is HTML of the side panel, which style sheets move to its place; so it
 """
 
 from collections.abc import Sequence
-from enum import Enum
 from html import escape
 
 from viser import GuiApi
 
+from racecar.pipelines.runs.view.headline import Headline, Tone
 from racecar.pipelines.studio.layers import Entry
-from racecar.pipelines.studio.palette import BY_DOUBT, DARK, LIGHT, STRIP, TRUTH, Color, as_css
+from racecar.pipelines.studio.palette import BY_DOUBT, DARK, LIGHT, SCAN, STRIP, TRUTH, Color, as_css
 
 _STYLE = f"""<style>
 #root {{ height: calc(100% - {STRIP}px - var(--bar, 0px)) !important; }}
@@ -37,13 +37,7 @@ canvas[data-engine] {{ background: {as_css(LIGHT.unknown)}; }}
 </style>"""
 
 
-class Tone(Enum):
-    """How good something is, as a colour."""
-
-    GOOD = BY_DOUBT[0]
-    DOUBTFUL = 230, 159, 0
-    BAD = BY_DOUBT[2]
-    NEUTRAL = TRUTH
+_COLORS = {Tone.GOOD: BY_DOUBT[0], Tone.DOUBTFUL: SCAN, Tone.BAD: BY_DOUBT[2], Tone.NEUTRAL: TRUTH}
 
 
 class Frame:
@@ -64,9 +58,9 @@ class Frame:
         if self._legend.content != content:
             self._legend.content = content
 
-    def head(self, words: str, tone: Tone, below: str = "", reasons: Sequence[str] = ()) -> None:
-        """Show a headline over the map, with a line below it, and reasons that a click unfolds."""
-        content = _headline(words, tone.value, below, reasons)
+    def head(self, headline: Headline) -> None:
+        """Show a headline over the map."""
+        content = _headline(headline)
         if self._headline.content != content:
             self._headline.content = content
 
@@ -80,15 +74,15 @@ def _legend(entries: Sequence[Entry]) -> str:
     return f'<div class="racecar legend" data-testid="legend">{rows}</div>'
 
 
-def _headline(words: str, color: Color, below: str, reasons: Sequence[str]) -> str:
-    line = f"<p>{escape(below)}</p>" if below else ""
-    inner = f"<b>{escape(words)}</b>{line}"
-    if reasons:
-        listed = "".join(f"<li>{escape(reason)}</li>" for reason in reasons)
-        inner = f"<details><summary>{escape(words)}</summary><ul>{listed}</ul></details>{line}"
+def _headline(headline: Headline) -> str:
+    words, inner = escape(headline.words), f"<b>{escape(headline.words)}</b>"
+    if headline.reasons:
+        listed = "".join(f"<li>{escape(reason)}</li>" for reason in headline.reasons)
+        inner = f"<details><summary>{words}</summary><ul>{listed}</ul></details>"
+    below = f"<p>{escape(headline.below)}</p>" if headline.below else ""
     return (
-        f'<div class="racecar headline" data-testid="headline" style="border-color:{as_css(color)}">'
-        f"{inner}</div>"
+        '<div class="racecar headline" data-testid="headline" '
+        f'style="border-color:{as_css(_COLORS[headline.tone])}">{inner}{below}</div>'
     )
 
 

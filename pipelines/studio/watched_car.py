@@ -1,6 +1,7 @@
 """A car on a map as it is watched, while the map grows or while the car is localized."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ from racecar.pipelines.studio.outlines import car_outline, ellipse
 from racecar.pipelines.studio.page import Page
 
 _SIGMAS = 3.0
+_NEAR = 15.0
+"""Metres visible from bottom to top when a car is followed: a room and what is around it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +53,14 @@ class Glimpse:
 class WatchedCar:
     """The latest map and car, drawn once; earlier ones are discarded, so that memory does not grow."""
 
-    def __init__(self, page: Page) -> None:
-        """Adds controls of the view to the side panel."""
-        self._page = page
+    def __init__(self, page: Page, *, follows: bool = False) -> None:
+        """Adds controls of the view to the side panel; ``follows`` sets whether the view follows the car,
+        until a user moves the map."""
+        self._page, self._is_near = page, False
         self.forget()
         with page.folder("View"):
             page.on_press(page.gui.add_button("Show the whole map"), self.show_whole)
-            self._follows = page.gui.add_checkbox("Follow the car", False)
+            self._follows: Any = page.gui.add_checkbox("Follow the car", follows)
 
     def forget(self) -> None:
         """Discard everything."""
@@ -90,6 +94,18 @@ class WatchedCar:
             self._page.layers.map(self.grid)
         if self.glimpse is not None and self.glimpse is not glimpse:
             self.glimpse.draw(self._page.layers)
-            if self._follows.value:
-                self._page.view.follow(self.glimpse.map_from_base[:2])
+            self._follow(self.glimpse)
         return has_changed
+
+    def _follow(self, glimpse: Glimpse) -> None:
+        """Keep the car in the middle; the first time, go near."""
+        view = self._page.view
+        if view.was_moved:
+            self._follows.value = view.was_moved = False
+        if not self._follows.value:
+            self._is_near = False
+        elif self._is_near:
+            view.follow(glimpse.map_from_base[:2])
+        else:
+            self._is_near = True
+            view.go_to(glimpse.map_from_base[:2], _NEAR)

@@ -111,7 +111,7 @@ def test_a_localizer_takes_another_port_and_ends_quietly_while_a_page_is_open(
     log.touch()
     localize = ["live", "localize", "--map", "building", "--global", "--no-memory", "--view"]
     with racecar_process([*localize, "--view-port", "65535"], ros, tmp_path / "first") as first:
-        open_tab(tmp_path / "first").await_words("There is no pose yet.")
+        open_tab(tmp_path / "first").await_words("No pose yet")
         with racecar_process([*localize, "--view-port", "65535"], ros, log) as second:
             tab = open_tab(log)
             tab.await_words("Nothing has arrived on /scan yet")

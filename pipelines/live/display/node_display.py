@@ -15,6 +15,7 @@ from racecar.pipelines.live.ros.messages import grid_message
 from racecar.pipelines.live.ros.qos import LATCHED, is_heard
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
+from racecar.pipelines.runs.view.headline import Headline
 from racecar.sensors.scan import Scan
 
 if TYPE_CHECKING:
@@ -53,16 +54,16 @@ class NodeDisplay:
             self._clicks = Clicks(node, map_frame, tells_places=tells_places)
             view.connect(self._clicks.send_goal, self._clicks.send_place if tells_places else None)
 
-    def tell(self, words: str) -> None:
-        """Show the node's state, in Markdown, on the page."""
+    def tell(self, headline: Headline, words: str) -> None:
+        """Show the node's state on the page: a headline, and words in Markdown."""
         if self._view is not None:
-            self._view.tell(words)
+            self._view.tell(headline, words)
 
     def end(self, last_words: str) -> None:
         """Stop publishing clicks on the page."""
         if self._view is not None:
             self._clicks.close()
-        self.tell(last_words)
+        self.tell(Headline(last_words), "")
 
     def show_map(self, grid: OccupancyGrid, stamp: Any = None) -> None:
         """Display a map; its stamp is the current time by default."""

@@ -3,37 +3,30 @@
 import math
 from collections.abc import Sequence
 
-from racecar.localization.pose_estimate import DOMINANT, PoseEstimate
 from racecar.localization.verdict.drive_quality import DriveQuality
-from racecar.mapping.quality.map_quality import MapQuality
+from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.state.growth import Growth
 from racecar.pipelines.files.literal_markdown import literal
+from racecar.pipelines.runs.view.headline import BLIND_AFTER, Headline, Tone, last_scan
 
 
-def localizer_words(estimate: PoseEstimate | None, drive: DriveQuality, wrong: Sequence[str]) -> str:
-    """Paragraphs of Markdown: whether and how well the place is known, the verdict on the drive, and current
-    faults."""
-    if estimate is None:
-        return "\n\n".join(["There is no pose yet.", *map(literal, wrong)])
-    so_far = " ".join([f"The drive so far is {drive.verdict.value}.", *map(literal, drive.reasons[:1])])
-    return "\n\n".join([_place_words(estimate), so_far, *map(literal, wrong)])
+def localizer_words(drive: DriveQuality | None, wrong: Sequence[str]) -> str:
+    """Paragraphs of Markdown: the verdict on the drive, once it has begun, and current faults."""
+    so_far = []
+    if drive is not None:
+        so_far = [" ".join([f"The drive so far is {drive.verdict.value}.", *map(literal, drive.reasons[:1])])]
+    return "\n\n".join([*so_far, *map(literal, wrong)])
 
 
-def _place_words(estimate: PoseEstimate) -> str:
-    place, degrees = estimate.deviation, math.degrees(math.sqrt(max(estimate.covariance[2, 2], 0.0)))
-    sure = f"± {_length(place)}, ± {max(degrees, 0.1):.1f}°"
-    if estimate.is_lost:
-        return "**The car is lost**, and searched for on the whole map."
-    if estimate.is_place_known:
-        return f"**The place is known**: {sure}."
-    if estimate.cluster_weight <= DOMINANT:
-        return "**The car is being searched for**: it may be at several places. Drive on, or say where it is."
-    return f"**The place is known roughly**: {sure}."
-
-
-def _length(metres: float) -> str:
-    """In centimetres below a metre, and never zero."""
-    return f"{metres:.1f} m" if metres >= 0.995 else f"{max(100.0 * metres, 1.0):.0f} cm"
+def mapper_headline(quality: MapQuality | None, silence: float) -> Headline:
+    """The verdict on the map so far, ``silence`` seconds after the last scan (infinite if there was none)."""
+    if BLIND_AFTER < silence < math.inf:
+        return Headline(f"Blind for {silence:.0f} s", Tone.BAD, "No scan arrives, and the map does not grow.")
+    if quality is None:
+        return Headline("Mapping", Tone.NEUTRAL, last_scan(silence))
+    tone = {Verdict.GOOD: Tone.GOOD, Verdict.DOUBTFUL: Tone.DOUBTFUL, Verdict.WRONG: Tone.BAD}
+    words = f"The map so far is {quality.verdict.value}"
+    return Headline(words, tone[quality.verdict], last_scan(silence), quality.reasons)
 
 
 def mapper_words(growth: Growth | None, quality: MapQuality | None, wrong: Sequence[str]) -> str:

@@ -16,6 +16,7 @@ from racecar.pipelines.files.typed_path import typed_path
 from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 from racecar.pipelines.runs.map_outputs import MAP_NAMES
 from racecar.pipelines.runs.output_places import OutputFolder, free_folder
+from racecar.pipelines.runs.view.headline import Headline, Tone, place_headline
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.studio.curves import add_curve
 from racecar.pipelines.studio.drive.controls import (
@@ -60,6 +61,8 @@ class DriveScreen(Screen):
         self._localization, self._mapping = localization, mapping
         self._goal: NDArray[np.float64] = simulation.truth[:2]
         self._scan: Scan | None = None
+        self._seen_at = -np.inf
+        """Seconds of the simulation at the last scan with returns."""
         self._is_paused = False
         self._due_at: dict[str, float] = {}
         self._build_panel()
@@ -105,7 +108,10 @@ class DriveScreen(Screen):
         if self._is_paused:
             return
         measured = self._simulation.advance(seconds)
-        self._scan = next((each for each in reversed(measured) if isinstance(each, Scan)), self._scan)
+        scan = next((each for each in reversed(measured) if isinstance(each, Scan)), None)
+        if scan is not None:
+            self._scan = scan
+            self._seen_at = self._simulation.seconds if scan.is_return.any() else self._seen_at
         self._follower.take(measured, self.truth, self._simulation.seconds)
 
     def draw(self) -> bool:
@@ -126,6 +132,7 @@ class DriveScreen(Screen):
         if self._is_due("map") and (grid := follower.map()) is not None:
             layers.map(grid)
         if self._is_due("words"):
+            self._page.frame.head(self._headline())
             state = "On its way." if simulation.is_underway else "The car stands."
             self._state.content = (
                 f"{state} {abs(simulation.speed):.1f} m/s, {simulation.seconds:.0f} s\n\n{follower.words()}"
@@ -157,7 +164,7 @@ class DriveScreen(Screen):
             )
             self._state = gui.add_markdown("")
             self._curve = add_curve(gui, "off by (cm), last minute", np.zeros(1), np.zeros(1))
-        with page.folder("Localizer"):
+        with page.folder("Localizer") as self._localizer_folder:
             add_localizer_controls(page, self._localization, self._reconfigure)
             page.on_press(
                 gui.add_button("Search the whole map"), lambda: self._tracking().localizer.scatter()
@@ -205,17 +212,34 @@ class DriveScreen(Screen):
     def _track(self) -> Tracking:
         """Start localizing on the known map."""
         self._follower = tracking = Tracking(self._grid, self._localization, self.truth)
-        self._page.layers.begin_anew()
+        self._begin_anew()
         self._page.layers.map(self._grid)
         self._discover_button.label = "Discover this floor"
         return tracking
+
+    def _begin_anew(self) -> None:
+        """Take away what the follower before has drawn and said."""
+        self._page.layers.begin_anew()
+        self._curve.data = (np.zeros(1), np.zeros(1))
+        self._localizer_folder.visible = isinstance(self._follower, Tracking)
+        self._due_at.clear()
+
+    def _headline(self) -> Headline:
+        """Whether the localizer knows the place, and how long the car was astray the last time."""
+        follower = self._follower
+        if not isinstance(follower, Tracking):
+            return Headline("The floor is discovered", Tone.NEUTRAL)
+        headline = place_headline(follower.estimate, self._simulation.seconds - self._seen_at)
+        if follower.found_after is None:
+            return headline
+        return headline._replace(below=f"Found again after {follower.found_after:.1f} s; {headline.below}")
 
     def _toggle_discovery(self) -> None:
         if isinstance(self._follower, Discovery):
             self._track()
             return
         self._follower = Discovery(self._mapping, self.truth)
-        self._page.layers.begin_anew()
+        self._begin_anew()
         self._discover_button.label = "Back to the known map"
 
     def _save(self) -> None:

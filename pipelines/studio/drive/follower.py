@@ -16,6 +16,11 @@ _REMEMBERED = 1200
 """Number of frames whose errors are kept: a minute."""
 
 
+_ASTRAY, _FOUND = 1.0, 0.3
+"""Metres of error from which an estimate is far off, and below which it is right again. Chosen by judgement:
+more than a car's length, and about its width."""
+
+
 class Deviation(NamedTuple):
     """Error of the estimated pose."""
 
@@ -30,6 +35,9 @@ class Follower(ABC):
     def __init__(self) -> None:
         self.errors: deque[Deviation] = deque(maxlen=_REMEMBERED)
         """Errors of the last minute."""
+        self.found_after: float | None = None
+        """Seconds for which the estimate was far off, the last time that it was; None before."""
+        self._astray_since: float | None = None
 
     @abstractmethod
     def take(self, measured: list[Measurement], truth: Pose, seconds: float) -> None:
@@ -51,4 +59,9 @@ class Follower(ABC):
     def note_error(self, pose: Pose, truth: Pose, seconds: float) -> None:
         """Record the error of an estimated pose (3,) against the true one."""
         off = pose - truth
-        self.errors.append(Deviation(seconds, float(np.hypot(*off[:2])), abs(float(wrap_angle(off[2])))))
+        error = Deviation(seconds, float(np.hypot(*off[:2])), abs(float(wrap_angle(off[2]))))
+        self.errors.append(error)
+        if error.metres > _ASTRAY:
+            self._astray_since = seconds if self._astray_since is None else self._astray_since
+        elif error.metres < _FOUND and self._astray_since is not None:
+            self.found_after, self._astray_since = seconds - self._astray_since, None

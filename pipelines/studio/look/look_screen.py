@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import transform_points
 from racecar.pipelines.files.literal_markdown import literal
+from racecar.pipelines.runs.view.headline import Headline, Tone
 from racecar.pipelines.runs.view.measures import measures_of
 from racecar.pipelines.runs.view.scene import Doubt, Scene
-from racecar.pipelines.studio.frame import Tone
 from racecar.pipelines.studio.look.time_line import TimeLine
 from racecar.pipelines.studio.map_image import known_extent
 from racecar.pipelines.studio.outlines import cross
@@ -95,7 +95,7 @@ class LookScreen(Screen):
             whys = [*scene.reasons, *(doubt.why for doubt in scene.doubts[:_MOST_NAMED])]
             tone = _TONES.get(scene.verdict, Tone.NEUTRAL)
             head = f"The {'drive' if scene.verdict in _OF_DRIVES else 'map'} is {scene.verdict}"
-            self._page.frame.head(head, tone, scene.expected, list(dict.fromkeys(whys)))
+            self._page.frame.head(Headline(head, tone, scene.expected, tuple(dict.fromkeys(whys))))
 
     def _draw_run(self) -> None:
         """Draw the map, the path and the findings about them."""

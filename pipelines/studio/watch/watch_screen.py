@@ -9,6 +9,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.files.literal_markdown import literal
+from racecar.pipelines.runs.view.headline import Headline
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.pointed import Pointed
 from racecar.pipelines.studio.screen import Screen, Tool
@@ -47,12 +48,13 @@ class WatchScreen(Screen):
             ),
         ]
         with page.folder("State"):
-            self._state = page.gui.add_markdown("The node is starting.")
+            self._state = page.gui.add_markdown("")
+        page.frame.head(Headline("The node is starting"))
         with page.folder("What a click means"):
             self.tools = ToolChoice(page, *(tools if tells_places else tools[:2]))
             self._outcome = page.gui.add_markdown("")
             self._way = page.gui.add_markdown("")
-        self.watched = WatchedCar(page)
+        self.watched = WatchedCar(page, follows=True)
 
     @property
     def tool(self) -> Tool:
@@ -70,10 +72,11 @@ class WatchScreen(Screen):
 
         self._page.request(connect)
 
-    def tell(self, words: str) -> None:
-        """Show the state of the node, in Markdown."""
+    def tell(self, headline: Headline, words: str) -> None:
+        """Show the state of the node: a headline, and words in Markdown."""
 
         def tell() -> None:
+            self._page.frame.head(headline)
             self._state.content = words
 
         self._page.request(tell)

@@ -52,7 +52,8 @@ class PageStage:
 
     def said(self) -> str:
         self._ask(lambda: None)
-        return unescape(f"{self.view._state.content} {self.view._outcome.content}")
+        heading = self.page.frame._headline.content
+        return unescape(f"{heading} {self.view._state.content} {self.view._outcome.content}")
 
     def start_car(self) -> None:
         """It drives on its own from now on; waits until it is shown on the map."""

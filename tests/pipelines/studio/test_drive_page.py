@@ -1,6 +1,7 @@
 """A car that is driven on the page, by clicks in a browser."""
 
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,16 @@ import pytest
 
 from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
+from racecar.maps.geometry.se2 import Pose
 from racecar.maps.map_files import load_map
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.studio.drive.drive_screen import DriveScreen
+from racecar.pipelines.studio.drive.follower import Follower
+from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.server.gate import LOOPBACK
+from racecar.pipelines.studio.watched_car import Glimpse
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.scan import Scan
 from tests.pipelines.simulation.test_driven_simulation import a_room
 from tests.pipelines.studio.chromium import Opened, opened, running
 
@@ -45,6 +52,56 @@ def drive(chromium: Any) -> Iterator[Drive]:
 def send_to_goal(drive: Drive) -> None:
     """Click until the car sets off: on a busy machine a page that has just loaded may miss a click."""
     drive.page.wait_for(lambda: drive.screen.is_underway or drive.page.click(GOAL), "the car to set off")
+
+
+class Still(Follower):
+    """An estimate that stays where it is."""
+
+    def take(self, measured: list[Measurement], truth: Pose, seconds: float) -> None:
+        self.note_error(np.zeros(3), truth, seconds)
+
+    def glimpse(self, scan: Scan | None) -> Glimpse | None:
+        return None
+
+    def words(self) -> str:
+        return ""
+
+
+def test_it_is_told_how_long_a_car_that_was_carried_away_was_astray_and_the_curve_keeps_that() -> None:
+    follower = Still()
+    for seconds, off in ((0.0, 0.1), (0.1, 9.0), (0.5, 8.0), (0.8, 0.5), (0.9, 0.1), (1.0, 0.1)):
+        follower.take([], np.array([off, 0.0, 0.0]), seconds)
+    assert follower.found_after == pytest.approx(0.8)
+    assert max(error.metres for error in follower.errors) == 9.0
+
+
+def test_nothing_of_the_localizer_stands_beside_a_floor_that_is_discovered() -> None:
+    with closing(Page("a drive", 0)) as page:
+        grid = a_room()
+        screen = DriveScreen(
+            page,
+            grid,
+            DrivenSimulation(grid, Conditions()),
+            LocalizationConfig(particles=500),
+            MappingConfig(),
+        )
+        page._screen = screen
+        for _ in range(30):
+            screen.step(0.1)
+            screen.draw()
+        screen._due_at.clear()
+        screen.draw()
+        assert len(screen._curve.data[0]) > 1
+        assert "Known" in page.frame._headline.content
+        screen._toggle_discovery()
+        assert not screen._localizer_folder.visible
+        assert not np.any(screen._curve.data[1])
+        screen.step(0.1)
+        screen.draw()
+        assert "Known" not in page.frame._headline.content
+        assert "localizer" not in screen._state.content
+        screen._toggle_discovery()
+        assert screen._localizer_folder.visible
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ import pytest
 
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
+from racecar.pipelines.runs.view.headline import Headline
 from racecar.pipelines.studio.page import Page, open_beside
 from racecar.pipelines.studio.palette import CAR, LOOP
 from racecar.pipelines.studio.pointed import Pointed
@@ -148,6 +149,17 @@ def test_a_click_before_there_is_a_map_gets_a_sentence(watched: Watched, tool: s
     assert not watched.places
 
 
+def test_the_view_follows_the_car_until_a_person_moves_the_map(shown: Watched) -> None:
+    followed: list[list[float]] = []
+    shown.page.view.follow = lambda place: followed.append(place.tolist())  # type: ignore[method-assign]
+    shown.see(np.array([4.8, 3.0, 0.0]))
+    assert followed == [[4.8, 3.0]]
+    shown.page.view.was_moved = True
+    shown.see(POSE)
+    assert len(followed) == 1
+    assert not shown.screen.watched._follows.value
+
+
 def test_a_goal_before_the_first_pose_needs_a_direction(watched: Watched) -> None:
     watched.connect()
     watched.see_map()
@@ -213,9 +225,10 @@ def test_goals_are_clicked_and_dragged_on_two_pages_and_come_back_after_one_is_c
                 second.wait_for(lambda: second.says("1.1 m to the goal."), "the goal on the other page")
                 second.wait_for(lambda: near(second.pixels(), LOOP), "its cross")
                 assert second.list_of("Tool").input_value() == GOAL
-        watched.screen.tell("The car is somewhere.")
+        watched.screen.tell(Headline("Known ± 3 cm"), "The car is somewhere.")
         with opened(chromium, studio) as page:
             page.wait_for(lambda: page.says("The car is somewhere."), "the state")
+            assert page.says("Known ± 3 cm")
             page.wait_for(lambda: near(page.pixels(), CAR) and near(page.pixels(), LOOP), "car and goal")
             assert page.says("The goal went to a navigation.")
             assert page.asked_hosts == {LOOPBACK}

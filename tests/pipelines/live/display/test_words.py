@@ -1,5 +1,7 @@
 """How a node is, in words for the page."""
 
+import math
+
 import numpy as np
 
 from racecar.localization.verdict.drive_judge import DriveJudge
@@ -8,37 +10,31 @@ from racecar.mapping.mapper import Mapper
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.state.growth import Growth
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.live.display.words import localizer_words, mapper_words
-from tests.localization.verdict.estimates import estimate, straight_drive
+from racecar.pipelines.live.display.words import localizer_words, mapper_headline, mapper_words
+from racecar.pipelines.runs.view.headline import Tone
+from tests.localization.verdict.estimates import straight_drive
 from tests.pipelines.simulation.test_driven_simulation import a_drive, drive_on
 
 GOOD = MapQuality(Verdict.GOOD, 0.03, 0.1, (), (), {})
 WRONG = MapQuality(Verdict.WRONG, 0.4, 2.0, ("Passes disagree.",), (), {}, ("Passes disagree.",))
 
 
-def words_of(judge: DriveJudge, *wrong: str, **of_estimate: float) -> list[str]:
-    last = estimate(11.0, 3.0, **of_estimate) if of_estimate else None
-    return localizer_words(last, judge.quality, wrong).split("\n\n")
-
-
-def test_the_localizer_says_how_sure_it_is_of_its_place() -> None:
-    judge = DriveJudge()
-    assert words_of(judge, "No scans arrive.") == ["There is no pose yet.", "No scans arrive."]
-    (first, second) = words_of(judge, deviation=0.04)
-    assert first.startswith("**The place is known**: ± 4 cm, ± ")
-    assert second.startswith("The drive so far is lost. ")
-    assert words_of(judge, deviation=2.5)[0].startswith("**The place is known roughly**: ± 2.5 m, ± ")
-    assert words_of(judge, weight=0.4)[0].startswith("**The car is being searched for**")
-    assert words_of(judge, lost=0.99)[0].startswith("**The car is lost**")
-
-
 def test_the_localizer_says_what_the_drive_is_worth_and_what_is_wrong() -> None:
     judge = DriveJudge()
+    assert localizer_words(None, ["No scans arrive."]) == "No scans arrive."
+    assert localizer_words(judge.quality, []).startswith("The drive so far is lost. ")
     for each in straight_drive(10.0):
         judge.follow(each)
-    _, drive, fault = words_of(judge, "Nothing arrives on /odom any more.", deviation=0.04)
+    drive, fault = localizer_words(judge.quality, ["Nothing arrives on /odom any more."]).split("\n\n")
     assert drive == "The drive so far is localized."
     assert fault == "Nothing arrives on /odom any more."
+
+
+def test_the_mapper_heads_the_page_with_its_verdict_unless_no_scan_arrives() -> None:
+    assert mapper_headline(None, math.inf).words == "Mapping"
+    assert mapper_headline(GOOD, 0.1)[:3] == ("The map so far is good", Tone.GOOD, "last scan 0.1 s ago")
+    assert mapper_headline(WRONG, 0.1).reasons == WRONG.reasons
+    assert mapper_headline(GOOD, 3.2)[:2] == ("Blind for 3 s", Tone.BAD)
 
 
 def test_the_mapper_says_how_much_is_mapped_and_what_it_is_worth() -> None:
