@@ -24,9 +24,9 @@ th, td { border-bottom: 1px solid #dfe3e8; padding: 0.5rem 0.8rem 0.5rem 0; text
          vertical-align: top; }
 th { font-weight: 600; font-size: 0.85rem; vertical-align: bottom; }
 .number { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
-.picture { width: 220px; } .picture img { display: block; max-width: 220px; max-height: 150px; }
-.bag { min-width: 10rem; } .path { color: #4a525a; font-size: 0.8rem; overflow-wrap: anywhere; }
-.why { min-width: 15rem; overflow-wrap: anywhere; }
+.picture { width: 200px; } .picture img { display: block; max-width: 200px; max-height: 150px; }
+.bag { min-width: 8rem; } .path { color: #4a525a; font-size: 0.8rem; overflow-wrap: anywhere; }
+.why { min-width: 14rem; overflow-wrap: anywhere; }
 .why p { margin: 0 0 0.3rem; } .warning { color: #4a525a; font-size: 0.85rem; }
 .verdict { display: inline-block; padding: 0 0.5rem; border-radius: 0.6rem; font-weight: 600; }
 .good { background: #d5efe5; color: #00523b; } .doubtful { background: #fbe7b8; color: #5c4300; }
@@ -37,7 +37,7 @@ _NUMBERS = (
     *("path<br>(m)", "drive<br>(s)", "off per<br>10 m (m)", "off in<br>all (m)"),
     *("residual<br>(mm)", "loops", "took<br>(s)"),
 )
-_MOST_PIXELS = (440, 300)
+_MOST_PIXELS = (400, 300)
 """Twice the displayed size, for high-resolution screens; about 15 kB as JPEG."""
 
 

@@ -71,3 +71,6 @@ def test_files_and_the_page_hold_every_figure(run: LocalizedRecording, tmp_path:
     assert 'src="http' not in page
     assert "quick run" in page
     assert result.tables[0].title in page
+    assert "{&#x27;" not in page  # as of a dictionary
+    for name in LocalizationConfig.model_fields:
+        assert f"<td>{name}</td>" in page
