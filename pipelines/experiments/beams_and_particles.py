@@ -69,7 +69,7 @@ def weighed_up(figures: dict[str, Any], chosen: LocalizationConfig) -> Page:
     best = np.unravel_index(np.argmin(errors), errors.shape)
     page = Page(
         "Beams and particles: accuracy against time",
-        f"Drives of the shipped track with full odometry noise, {seeds} seeds, the "
+        f"Drives of the shipped track with full odometry noise, {seeds} seed{'s' if seeds > 1 else ''}, the "
         "number of particles held fixed. The error is the mean distance to the truth over the drive; "
         "the time is the median of an update, measured one after the other with nothing beside it, so "
         "it depends on the machine and is not the same twice.",

@@ -29,9 +29,9 @@ _COLUMN_MM, _MM_PER_INCH = 85.0, 25.4
 _AXES_MM = 72.0
 """Width of the axes: that of a column minus the tick labels and the axis label."""
 _DOTS_PER_INCH = 300
-_TICKS_BY_DECADES = ((1.5, (1, 2, 5)), (2.5, (1, 3)), (np.inf, (1,)))
-"""Ticks in each decade of a logarithmic axis that shows at most this many decades: some three or four in
-all."""
+_TICKS_BY_DECADES = ((0.8, (1, 1.5, 2, 3, 4, 5, 6, 8)), (1.5, (1, 2, 5)), (2.5, (1, 3)), (np.inf, (1,)))
+"""Ticks in each decade of a logarithmic axis that shows at most this many decades: so that two at least and
+eight at most are shown."""
 _STYLE: Any = {
     "font.size": 8,
     "axes.titlesize": 8,

@@ -176,12 +176,12 @@ def _draw_overlays(page: Page, found: LocalizedRecording) -> None:
         "The scan laid on the map from where the filter says the car is, when it fits worst and at other "
         "moments up to the end: where it covers the walls, the pose is right."
     )
-    with page.draw("real-run-overlay", 98, shows, legend_columns=2) as figure:
+    with page.draw("real-run-overlay", 104, shows, legend_columns=2) as figure:
         panels = figure.subplots(2, 2)
         titles = titles_of(found.moments, int(found.run.stamps[0]))
         for axes, moment, title in zip(panels.flat, found.moments, titles, strict=False):
             draw_scan(axes, found.recording.grid, moment, _VIEW)
-            axes.set_title(title, fontsize=7)
+            axes.set_title(title.replace(": ", ":\n"), fontsize=7)  # the panels are narrow
         for axes in panels.flat[len(found.moments) :]:  # if there were fewer scans
             axes.set_axis_off()
         for axes in panels[-1]:

@@ -59,7 +59,7 @@ def _draw(page: Page, table: NDArray[np.float64]) -> None:
         "The sensor table as a surface; colours are logarithmic. The ridge is the wall where the map says it "
         "is, the edge at the back readings at the maximum."
     )
-    with page.draw("sensor-model-surface", 68, surface) as figure:
+    with page.draw("sensor-model-surface", 72, surface) as figure:
         axes = figure.add_subplot(projection="3d", computed_zorder=False)
         assert isinstance(axes, Axes3D)
         axes.plot_surface(
@@ -75,9 +75,9 @@ def _draw(page: Page, table: NDArray[np.float64]) -> None:
         )
         axes.set(xlabel="map says d (px)", ylabel="measured z (px)", zlabel="probability")
         axes.view_init(elev=32, azim=-125)
-        axes.set_box_aspect((1.0, 1.0, 0.65), zoom=1.05)
+        axes.set_box_aspect((1.0, 1.0, 0.65), zoom=0.88)
         figure.set_layout_engine("none")  # it would leave the labels of a 3D plot outside
-        axes.set_position((0.1, 0.0, 0.82, 1.0))
+        axes.set_position((0.1, 0.03, 0.82, 1.0))
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(MultipleLocator(50))
     column = f"A column of the table, where the map says {_SLICE} px, and the four parts that it is made of."

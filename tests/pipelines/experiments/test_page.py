@@ -9,15 +9,14 @@ from matplotlib.figure import Figure
 from racecar.pipelines.experiments.page import show_plain_ticks
 
 
-@given(low=st.floats(-4.0, 4.0), decades=st.floats(0.35, 6.0))
-def test_a_logarithmic_axis_has_two_to_eight_numbers(low: float, decades: float) -> None:
+@given(low=st.floats(-4.0, 4.0), decades=st.floats(0.36, 6.0))
+def test_a_logarithmic_axis_has_several_numbers(low: float, decades: float) -> None:
     axes = Figure().subplots()
     axes.set(yscale="log", ylim=(10.0**low, 10.0 ** (low + decades)))
     show_plain_ticks(axes.yaxis)
     first, last = axes.get_ylim()
     shown = [tick for tick in np.asarray(axes.get_yticks()) if first <= tick <= last]
-    assert 1 <= len(shown) <= 8
-    assert len(shown) >= 2 or decades < 0.7
+    assert 2 <= len(shown) <= 8
 
 
 @pytest.mark.parametrize(("value", "words"), [(0.1, "0.1"), (1000.0, "1000"), (20.0, "20")])
