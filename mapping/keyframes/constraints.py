@@ -14,13 +14,13 @@ LOOKBACK = (1, 2, 4, 7, 11, 16, 22, 30)
 intel: before any loop is closed, wide spacing halves the drift compared with the last eight."""
 _INITIAL_DISTANCE = 0.3
 """Initial correspondence distance in metres. Chosen by judgement: both keyframes were placed before."""
-_MIN_OVERLAP = 0.06
+MIN_OVERLAP = 0.06
 """Minimum share of points with a correspondence. How little few points show is in a match's information:
 measured on a simulated campus, where a third of the keyframes share less than 0.15, such matches err by as
 many of their standard deviations as the others, and down to 0.03 take the mean error from 0.086 to 0.024 m
 (python -m benchmarks worlds). Where a race car's wheels know no turns, 0.05 and less once led 4 degrees
 astray (test_gyroscope)."""
-_MAX_RESIDUAL = 0.04
+MAX_RESIDUAL = 0.04
 """Maximum weighted root mean square point-to-line distance of a match, in metres. Chosen by judgement: as
 much as a straight surface may deviate from a line."""
 
@@ -62,5 +62,5 @@ def match_pairs(pairs: NDArray[np.int64], poses: Pose, store: ScanStore) -> tupl
     each is good enough."""
     guesses = between(poses[pairs[:, 0]], poses[pairs[:, 1]])
     matches = match(guesses, one_to_one(pairs), store, store, initial_distance=_INITIAL_DISTANCE)
-    good = (matches.overlap > _MIN_OVERLAP) & (matches.residual < _MAX_RESIDUAL)
+    good = (matches.overlap > MIN_OVERLAP) & (matches.residual < MAX_RESIDUAL)
     return matches, good

@@ -17,7 +17,7 @@ from racecar.mapping.loops.consistent_support import is_supported
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.loops.submap import Submap
-from racecar.mapping.loops.submap_matching import match_submaps
+from racecar.mapping.loops.submap_matching import LEAST_AGREEMENT, match_submaps
 from racecar.mapping.loops.submap_search import SubmapSearch
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.sensors.matching.correlative_search import Window
@@ -37,6 +37,8 @@ class LoopCloser:
 
     store: ScanStore
     history: LoopHistory = field(default_factory=LoopHistory)
+    least_agreement: float = LEAST_AGREEMENT
+    """Share of judged points on surfaces, from which two submaps may show one place."""
 
     def __post_init__(self) -> None:
         self._search = SubmapSearch(self.store, self.history.count)
@@ -80,6 +82,6 @@ class LoopCloser:
     ) -> Hypothesis | None:
         """Match two submaps from ``guess`` (3,), found within ``reach`` metres. Returns the hypothesis; None
         when the scans refute it."""
-        matched = match_submaps(fixed, moving, poses, guess, self.store)
+        matched = match_submaps(fixed, moving, poses, guess, self.store, self.least_agreement)
         self.history.count("refuted" if matched is None else "verified")
         return None if matched is None else Hypothesis(fixed, moving, *matched, reach)

@@ -15,7 +15,7 @@ from racecar.sensors.matching.see_through import SeeThrough, see_through
 _MIN_COVERAGE = 0.3
 """Minimum share of all points on surfaces of the other scans. Chosen by judgement: points that cannot be
 judged are no evidence for or against a loop."""
-_MIN_AGREEMENT = 0.9
+LEAST_AGREEMENT = 0.9
 """The same among judged points. Measured: 0.85 to 0.9 in rooms that look alike, above 0.93 in nine tenths of
 true loops."""
 _MAX_PAIRS = 40
@@ -35,19 +35,24 @@ _MAX_RESIDUAL = 0.04
 
 
 def match_submaps(
-    fixed: Submap, moving: Submap, poses: Pose, guess: Pose, store: ScanStore
+    fixed: Submap,
+    moving: Submap,
+    poses: Pose,
+    guess: Pose,
+    store: ScanStore,
+    least_agreement: float,
 ) -> tuple[Pose, NDArray[np.float64]] | None:
     """Match two submaps with keyframes at ``poses`` (K, 3), from ``guess`` (3,), which is fixed_from_moving.
 
     Returns fixed_from_moving (3,) of both centres, with information (3, 3) in the tangent frame of the moving
-    one. None when scans do not lie on each other's lines, see through each other's surfaces, or overlap too
-    little.
+    one. None when scans do not lie on each other's lines, see through each other's surfaces (agree on less
+    than ``least_agreement`` of the judged points), or overlap too little.
     """
     aligned = align_submaps(fixed, moving, poses, guess, store)
     if aligned.residual > _MAX_RESIDUAL:
         return None
     seen = aligned.seen(store)
-    if seen.agreement < _MIN_AGREEMENT or seen.coverage < _MIN_COVERAGE:
+    if seen.agreement < least_agreement or seen.coverage < _MIN_COVERAGE:
         return None
     return aligned.fixed_from_moving, aligned.information
 

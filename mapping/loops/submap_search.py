@@ -11,7 +11,7 @@ from racecar.maps.geometry.se2 import Pose, between
 from racecar.sensors.matching.correlative_search import Fit, LikelihoodPyramid, Window, search
 from racecar.sensors.matching.scan_store import ScanStore
 
-_MIN_SCORE = 0.2
+MIN_SCORE = 0.2
 """Minimum mean likelihood of a match. Chosen by judgement: two submaps of a laser that sees 4 m far share a
 third of what they show where their paths cross."""
 AMBIGUOUS_SHARE = 0.85
@@ -60,8 +60,8 @@ class SubmapSearch:
         """
         base = WITHOUT_DRIFT.reach
         near_window = Window(base + _LIKELY_SHARE * (window.reach - base), window.turn)
-        near = search(fixed, points, guess, near_window, _MIN_SCORE, AMBIGUOUS_SHARE)
-        least = _MIN_SCORE if near is None else min(near.score / AMBIGUOUS_SHARE, 1.0)
+        near = search(fixed, points, guess, near_window, MIN_SCORE, AMBIGUOUS_SHARE)
+        least = MIN_SCORE if near is None else min(near.score / AMBIGUOUS_SHARE, 1.0)
         far = search(fixed, points, guess, window, least, AMBIGUOUS_SHARE)
         fit = near if far is None else far
         if fit is None:

@@ -1,8 +1,7 @@
 """Merge sessions: recognize a later drive on an earlier map, and combine both in one graph."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
 
@@ -10,28 +9,26 @@ from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.keyframes.constraints import constrain
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
+from racecar.mapping.loops.candidate_search import WITHOUT_DRIFT
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
+from racecar.mapping.loops.submap_graph import SPACING
+from racecar.mapping.loops.submap_matching import nearest_pairs
 from racecar.mapping.session.measured import Measured
 from racecar.mapping.session.place_recognition import recognize
 from racecar.mapping.session.session import Session
-from racecar.maps.geometry.se2 import Pose, compose, inverse
+from racecar.maps.geometry.se2 import Pose, between, compose, inverse
 from racecar.sensors.matching.scan_store import ScanStore
-
-FindPlaces: TypeAlias = Callable[[Session], Iterable[Pose | None]]
-"""Yields a possible pose (3,) on the earlier map per keyframe of a session, in turn; None if unknown."""
 
 
 @dataclass(frozen=True, eq=False)
 class EarlierMap:
-    """The map that a drive extends, and how to find the drive on it."""
+    """The map that a drive extends."""
 
     session: Session
     """The session of earlier drives."""
-    find_places: FindPlaces
-    """Proposes poses; each is verified before it is used."""
-    is_start_given: bool = False
-    """Whether the start of the drive is known, so that similar places do not matter."""
+    start: Pose | None = None
+    """(3,) pose of the car on it at the start of the drive, if known."""
 
 
 def merge(earlier: EarlierMap, later: Session, *, is_newer: bool = True) -> Session:
@@ -41,12 +38,12 @@ def merge(earlier: EarlierMap, later: Session, *, is_newer: bool = True) -> Sess
     recognized on the earlier one. Where the world changed, a map that ``is_newer`` replaces the earlier one.
     """
     merged = _side_by_side(earlier.session, later, is_newer=is_newer)
-    first, known = len(earlier.session.keyframes), len(earlier.session.loops.submaps)
-    closer = LoopCloser(merged.keyframes, merged.loops)
-    poses, places = merged.map_from_keyframe, earlier.find_places(later)
-    recognized = recognize(closer, known, first, poses, places, is_given=earlier.is_start_given)
-    merged.map_from_keyframe[first:] = _moved(merged.map_from_keyframe, first, recognized)
-    joined = _close_loops(merged, first, known, recognized, closer)
+    first, start = len(earlier.session.keyframes), earlier.start
+    if start is not None:
+        start = compose(start, inverse(later.keyframe_from_base[0]))
+    placement = recognize(merged, first, start)
+    merged.map_from_keyframe[first:] = placement.poses
+    joined = _close_loops(merged, first, placement.least_agreement)
     return replace(joined, measured=_measured(earlier.session, later, joined))
 
 
@@ -85,25 +82,17 @@ def _measured(earlier: Session, later: Session, joined: Session) -> Measured | N
     return Measured(poses, ConstraintList([*apart.constraints, *between_both]), "")
 
 
-def _moved(poses: Pose, first: int, recognized: list[Hypothesis]) -> Pose:
-    """The poses (K, 3), those from ``first`` on moved by the median one of consistent hypotheses."""
-    middle = recognized[len(recognized) // 2]
-    map_from_moving = compose(poses[middle.fixed.middle], middle.fixed_from_moving)
-    return compose(compose(map_from_moving, inverse(poses[middle.moving.middle])), poses[first:])
-
-
-def _close_loops(
-    merged: Session, first: int, known: int, recognized: list[Hypothesis], loops: LoopCloser
-) -> Session:
-    """Search for the submaps after the ``known`` ones in these, starting where the drive was recognized; then
-    match keyframes from ``first`` on with earlier ones."""
-    loops.history.hypotheses.extend(recognized)
-    accepted = loops.history.accept(recognized)
-    graph = _graph([*merged.constraints, *accepted])
+def _close_loops(merged: Session, first: int, least_agreement: float) -> Session:
+    """Match submaps of the drive from keyframe ``first`` on with those of the map where it was placed, and
+    search for the others from there; then match keyframes."""
+    loops = LoopCloser(merged.keyframes, merged.loops, least_agreement)
+    known = sum(submap.first < first for submap in merged.loops.submaps)
+    found = list(_matched_where_placed(loops, known, merged.map_from_keyframe))
+    loops.history.hypotheses.extend(found)
+    graph = _graph([*merged.constraints, *loops.history.accept(found)])
     groups = loops.history.graph.groups()
     poses = graph.optimize_by_groups(merged.map_from_keyframe, groups)
-    start = recognized[0].moving.index
-    for query in sorted(range(known, len(loops.history.submaps)), key=lambda k: abs(k - start)):
+    for query in range(known, len(loops.history.submaps)):
         poses = graph.close(loops.search(query, known, poses), poses, groups)
     passes = pairs_with_first_pass(poses, loops.store.is_kept)
     between_drives = passes[(passes < first).sum(axis=1) == 1]
@@ -111,6 +100,21 @@ def _close_loops(
     graph = _graph([*graph.constraints, *matches])
     poses = graph.optimize_finally(poses)
     return replace(merged, map_from_keyframe=poses, constraints=graph.constraints)
+
+
+def _matched_where_placed(loops: LoopCloser, known: int, poses: Pose) -> Iterator[Hypothesis]:
+    """Submaps after the first ``known`` ones, each matched with the one of these that sees most alike."""
+    submaps = [submap for submap in loops.history.submaps if submap.is_whole(loops.store)]
+    earlier = [submap for submap in submaps if submap.index < known]
+    middles = poses[[submap.middle for submap in earlier]]
+    for moving in submaps[len(earlier) :]:
+        at = poses[moving.middle]
+        nearest = int(nearest_pairs(middles, at[None], 1)[0][0])
+        guess = between(middles[nearest], at)
+        if np.hypot(*guess[:2]) < SPACING:
+            fixed, reach = earlier[nearest], WITHOUT_DRIFT.reach
+            found = loops.match(fixed, moving, poses, guess, reach)
+            yield from () if found is None else (found,)
 
 
 def _graph(constraints: list[Constraint]) -> PoseGraph:

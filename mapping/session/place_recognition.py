@@ -1,124 +1,79 @@
-"""Place recognition: verify where a drive lies on an earlier map.
+"""Place recognition: find where a drive lies on an earlier map.
 
-Candidates come from outside, from whatever knows the earlier map; here they are verified as loop closures
-are. Each submap of the drive is matched, from its candidate pose, with those of the earlier map there. The
-place is accepted once the hypotheses of several submaps are consistent, and nearly as many are consistent
-nowhere else on the map.
+A few of its submaps are searched for on the whole map. Each place where one fits says where the whole drive
+would lie; there it is placed, and the whole drive decides. Similar places agree in a few submaps, but seldom
+all along.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterator
 
 import numpy as np
 
-from racecar.mapping.loops.candidate_search import WITHOUT_DRIFT
-from racecar.mapping.loops.consistent_support import MAX_SPACING, are_consistent
-from racecar.mapping.loops.hypothesis import Hypothesis
-from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap import Submap
-from racecar.mapping.session.rival_places import RivalPlaces
-from racecar.mapping.session.unrecognized import Recognition
-from racecar.maps.geometry.se2 import Pose, between, compose, inverse
+from racecar.mapping.session.drive_placement import DrivePlacer, Placement
+from racecar.mapping.session.place_comparison import LEAST_METRES, PlaceComparison
+from racecar.mapping.session.place_search import PlaceSearch, are_one_place
+from racecar.mapping.session.session import Session
+from racecar.mapping.session.unrecognized import Unrecognized
+from racecar.maps.geometry.se2 import Pose, between, compose
 
-_METRES_PER_RADIAN = 2.0
-"""Metres equivalent to a radian in the similarity of two submaps' views. Chosen by judgement: as for pairs of
-scans."""
-_FARTHEST = 6.0
-"""Metres between the centres of two submaps that are matched. Chosen by judgement: as across a hall, where
-both see the same walls."""
-_TRIED = 4
-"""Submaps of the earlier map matched with one of the drive, most likely first, because of the time it
-takes."""
-_MIN_SUPPORT = 2
-"""Submaps whose hypotheses must be consistent. Measured on 42 pairs of recordings from different buildings,
-never two were; drives of 10 m through a mapped room had as many."""
-_VERIFIED_SHARE = 0.5
-"""Share of the last submaps tried that must be consistent, because in another building some are verified by
-chance sooner or later, and most of the right ones are."""
-_CLEAR_MAJORITY = 2
-"""Required ratio of their number to that at any other place, so that there is no doubt; chosen by
-judgement."""
+_BITS = 3
+"""Binary digits of the number of submaps searched for, 8, because of the time it takes: a drive that passes
+the map on less of its way may not be recognized."""
+_LEAST_SEARCHED = 4
+"""Submaps searched for at least, because a rival place may score too little in some of them."""
 
 
-def recognize(
-    loops: LoopCloser,
-    earlier: int,
-    first: int,
-    poses: Pose,
-    places: Iterable[Pose | None],
-    *,
-    is_given: bool = False,
-) -> list[Hypothesis]:
-    """Find where submaps after the first ``earlier`` ones lie on these: consistent hypotheses. Raises
-    NotRecognizedError, which says how far that got.
+def recognize(session: Session, first: int, start: Pose | None = None) -> Placement:
+    """Place the drive of keyframes from ``first`` on, on the map of those before.
 
-    The drive's keyframes are those from ``first`` on, of all at ``poses`` (K, 3). For each in turn,
-    ``places`` yields a candidate pose (3,) on the earlier map, or None if unknown; it is consumed only as far
-    as needed. If ``is_given``, the user stated the place, and similar places elsewhere do not count against
-    it.
+    If the pose (3,) of its first keyframe on the map is given as ``start``, similar places elsewhere do not
+    count against it. Raises NotRecognizedError, which says how far that got.
     """
-    known = [submap for submap in loops.history.submaps[:earlier] if submap.is_whole(loops.store)]
-    pending = [submap for submap in loops.history.submaps[earlier:] if submap.is_whole(loops.store)]
-    recognition = Recognition(poses, first, is_given, is_too_short=len(pending) < _MIN_SUPPORT)
-    tried: list[Submap] = []
-    rival_places = RivalPlaces(loops, known, poses)
-    for keyframe, place in enumerate(places, start=first):
-        if place is None:
+    store, poses, path = session.keyframes, session.map_from_keyframe, np.array(session.loops.graph.path)
+    submaps = [submap for submap in session.loops.submaps if submap.is_whole(store)]
+    own = [submap for submap in submaps if submap.first >= first]
+    unrecognized = Unrecognized(session, first, float(path[-1] - path[first]), is_given=start is not None)
+    if not own or unrecognized.metres < LEAST_METRES:
+        raise unrecognized.as_too_short()
+    search = PlaceSearch(store, [submap for submap in submaps if submap.first < first], poses)
+    placer, found, stated = DrivePlacer(store, first, poses, path), list[Placement](), None
+    if start is not None:
+        for submap in own[:_LEAST_SEARCHED]:
+            there = compose(start, between(poses[first], poses[submap.middle]))
+            _place(found, placer, submap.middle, search.near(submap, there), first)
+        if not found:
+            raise unrecognized.as_found(None)
+        stated = min(found, key=lambda each: each.contradicted)
+    comparison = None
+    for searched, submap in enumerate(_spread(own), start=1):
+        _place(found, placer, submap.middle, search.anywhere(submap), first)
+        if not found or searched < min(_LEAST_SEARCHED, len(own)):
             continue
-        recognition.last_known, recognition.last_place = keyframe, place
-        passed = [submap for submap in pending if submap.last <= keyframe]
-        if not passed:
-            continue
-        pending = pending[len(passed) :]
-        moved = poses.copy()
-        moved[first:] = compose(compose(place, inverse(poses[keyframe])), poses[first:])
-        passed = _recent(passed, keyframe, loops)
-        for submap in passed:
-            recognition.found += _verified(loops, submap, known, moved)
-        tried = _recent([*tried, *passed], keyframe, loops)
-        supported = _largest_group(loops, recognition.found, poses)
-        support = _support(supported)
-        if support < max(_MIN_SUPPORT, _VERIFIED_SHARE * len(tried)):
-            continue
-        if not is_given:
-            recognition.rivals = rival_places.of(supported)
-        rival_support = _support(_largest_group(loops, recognition.rivals, poses))
-        if support >= _CLEAR_MAJORITY * rival_support:
-            return supported
-    raise recognition.failure(loops.history.graph.path)
+        comparison = PlaceComparison(found, unrecognized.metres, stated)
+        if comparison.is_certain:
+            return placer.refined(comparison.best)
+        if stated is not None:
+            break
+    raise unrecognized.as_found(comparison)
 
 
-def _recent(submaps: list[Submap], keyframe: int, loops: LoopCloser) -> list[Submap]:
-    """Those so close along the path that the drive may be taken as rigid from there to the keyframe."""
-    path = loops.history.graph.path
-    return [submap for submap in submaps if path[keyframe] - path[submap.middle] < MAX_SPACING]
+def _spread(own: list[Submap]) -> Iterator[Submap]:
+    """Submaps spread over the drive, the more the longer one goes on."""
+    count = min(len(own), 2**_BITS)
+    order = sorted(range(2**_BITS), key=lambda k: f"{k:0{_BITS}b}"[::-1])
+    return (own[k * len(own) // count] for k in order if k < count)
 
 
-def _verified(loops: LoopCloser, moving: Submap, known: list[Submap], poses: Pose) -> list[Hypothesis]:
-    """Hypothesis of a submap on the nearest known one that does not refute it, if any, given approximate
-    keyframe ``poses`` (K, 3)."""
-    for fixed in _nearest(moving, known, poses):
-        hypothesis = loops.search_in(fixed, moving, poses, WITHOUT_DRIFT)
-        if hypothesis is not None:
-            return [hypothesis]
-    return []
+def _place(
+    found: list[Placement], placer: DrivePlacer, keyframe: int, places: list[Pose], first: int
+) -> None:
+    """Place the drive where its keyframe lies at some places, unless it was before."""
 
+    def is_new(pose: Pose) -> bool:
+        return not any(are_one_place(other.poses[keyframe - first], pose) for other in found)
 
-def _nearest(moving: Submap, known: list[Submap], poses: Pose) -> list[Submap]:
-    """The nearest submaps that may show the same walls, by distance and rotation."""
-    if not known:
-        return []
-    apart = between(poses[moving.middle], poses[[submap.middle for submap in known]])
-    distances = np.hypot(apart[:, 0], apart[:, 1])
-    order = np.argsort(distances + _METRES_PER_RADIAN * np.abs(apart[:, 2]), kind="stable")
-    return [known[k] for k in order.tolist() if distances[k] < _FARTHEST][:_TRIED]
-
-
-def _largest_group(loops: LoopCloser, found: list[Hypothesis], poses: Pose) -> list[Hypothesis]:
-    """The largest set of consistent hypotheses."""
-    graph = loops.history.graph
-    groups = [[g for g in found if g is h or are_consistent(g, h, graph, poses)] for h in found]
-    return max(groups, key=_support, default=[])
-
-
-def _support(group: list[Hypothesis]) -> int:
-    return len({hypothesis.moving.middle for hypothesis in group})
+    for place in filter(is_new, places):
+        placement = placer.place(keyframe, place)
+        if placement is not None and is_new(placement.poses[keyframe - first]):
+            found.append(placement)

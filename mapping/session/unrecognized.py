@@ -1,13 +1,15 @@
 """Explain to people why a drive was not recognized on an earlier map, and how far recognition got."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
-from racecar.mapping.loops.hypothesis import Hypothesis
+from racecar.mapping.session.drive_placement import Placement
+from racecar.mapping.session.place_comparison import PlaceComparison
+from racecar.mapping.session.session import Session
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import Pose, compose
+from racecar.maps.geometry.se2 import compose
 
 
 class NotRecognizedError(UserError):
@@ -17,50 +19,61 @@ class NotRecognizedError(UserError):
     """
 
 
-@dataclass(eq=False)
-class Recognition:
-    """Progress of recognizing a drive."""
+@dataclass(frozen=True, eq=False)
+class Unrecognized:
+    """A drive that is not recognized."""
 
-    poses: Pose
-    """(K, 3) keyframe poses, those of the earlier map first; both in unrelated frames."""
+    session: Session
+    """Both, the earlier map first."""
     first: int
     """First keyframe of the drive."""
+    metres: float
+    """Length of the drive."""
     is_given: bool
     """Whether the user stated where the drive begins."""
-    is_too_short: bool
-    """Whether the drive has too few submaps."""
-    found: list[Hypothesis] = field(default_factory=list)
-    """Verified hypotheses for submaps of the drive."""
-    rivals: list[Hypothesis] = field(default_factory=list)
-    """Hypotheses elsewhere on the map that contradict them."""
-    last_known: int | None = None
-    """Last keyframe with a candidate pose."""
-    last_place: Pose | None = None
-    """(3,) its candidate pose on the earlier map."""
 
-    def failure(self, path: Sequence[float]) -> NotRecognizedError:
-        """The error with its explanation, given metres driven up to each keyframe (K)."""
-        return NotRecognizedError(f"The drive was not recognized on the earlier map: {self._how_far(path)}")
+    def as_too_short(self) -> NotRecognizedError:
+        """The error for a drive that is too short to tell."""
+        return self._error(f"its {self.metres:.0f} m are too few to be sure")
 
-    def _how_far(self, path: Sequence[float]) -> str:
-        metres = path[-1] - path[self.first]
-        if self.is_too_short:
-            return f"its {metres:.0f} m are too few to be sure"
-        if self.last_known is None or self.last_place is None:
-            if self.is_given:
-                return "its scans do not fit where it was said to begin"
-            return f"on all of its {metres:.0f} m no place there fits its scans, or several do"
-        if self.rivals:
-            found, rival = self.found[-1], self.rivals[-1]
-            first, second = (compose(self.poses[h.fixed.middle], h.fixed_from_moving) for h in (found, rival))
-            return f"it fits at {_in_words(first)} as well as at {_in_words(second)}"
-        known = path[self.last_known] - path[self.first]
-        at = f"{known:.0f} m into it the car seemed to be at {_in_words(self.last_place)}"
-        if self.found:
-            return f"{at}, but too few of its {metres:.0f} m fit the walls there"
-        return f"{at}, but its scans contradict the walls there"
+    def as_found(self, comparison: PlaceComparison | None) -> NotRecognizedError:
+        """The error for a drive that is nowhere certain, given the places found for it, if any."""
+        return self._error(self._why(comparison))
+
+    def _why(self, comparison: PlaceComparison | None) -> str:
+        stated, length = "its scans do not fit where it was said to begin", f"its {self.metres:.0f} m"
+        if comparison is None:
+            return stated if self.is_given else f"on all of {length} no place there fits its scans"
+        best, rival = comparison.best, comparison.rival
+        begins = f"it fits best if it begins at {self._start(best)}"
+        there = f"{stated}: " if self.is_given else f"{begins}, where "
+        if not comparison.is_seen_enough:
+            seen = best.explained * self.metres
+            return f"{there}only {seen:.0f} of {length} lie on the map, too few to be sure"
+        contradict = f"{there}{best.contradicted:.1%} of what it and the map see of each other contradict"
+        if rival is None or not best.agrees:
+            return f"{contradict}, {best.usual:.1%} would be usual"
+        other = f"{rival.contradicted:.1%} if it begins at {self._start(rival)}"
+        if self.is_given:
+            return f"{contradict}, and only {other}"
+        return f"{contradict}, and {other}: too alike to tell these places apart"
+
+    def _start(self, placement: Placement) -> str:
+        """Where the car starts, as one may state it."""
+        pose = compose(placement.poses[0], self.session.keyframe_from_base[self.first])
+        x, y, yaw = np.round(pose, 1) + 0.0  # avoids -0.0
+        return f"x {x:.1f} m, y {y:.1f} m, yaw {yaw:.1f}"
+
+    def _error(self, why: str) -> NotRecognizedError:
+        times = self.session.times
+        earlier, later = (
+            _listed(times.recordings[k].name for k in np.unique(times.numbers[part]))
+            for part in (slice(self.first), slice(self.first, None))
+        )
+        drive = f"The drive {later}".rstrip()
+        of = f" of {earlier}" if earlier else ""
+        return NotRecognizedError(f"{drive} was not recognized on the earlier map{of}: {why}")
 
 
-def _in_words(pose: Pose) -> str:
-    x, y, yaw = np.round(pose, 1) + 0.0  # avoids -0.0
-    return f"x {x:.1f} m, y {y:.1f} m, yaw {yaw:.1f}"
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(name for name in names if name)

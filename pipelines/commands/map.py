@@ -12,7 +12,6 @@ from racecar.pipelines.commands.options import (
     ReadingFlags,
     RecordOption,
     SchedulerOption,
-    SeedOption,
 )
 from racecar.pipelines.commands.outputs import Flags, WritesFolder
 from racecar.pipelines.commands.rendering_options import FileFlags, map_files
@@ -100,7 +99,6 @@ def map(
             help="Exit code 3 when the map is wrong; with --batch when any is not good, or missing.",
         ),
     ] = False,
-    seed: SeedOption = 0,
     ending: EndFlags,
     replace: bool = False,
 ) -> None:
@@ -128,7 +126,6 @@ def map(
         initial_pose=initial_pose,
         requested=files.requested,
         record=record,
-        seed=seed,
     )
     if batch is None:
         _map_one(job, ending, strict=strict)

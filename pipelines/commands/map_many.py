@@ -78,7 +78,7 @@ def _jobs(pattern: MappingJob, bags: Sequence[Path]) -> list[MappingJob]:
 
 def _report(pattern: MappingJob, batch: Path) -> Report:
     report = Report("racecar map --batch")
-    report.add("inputs", {"batch": batch, "config": pattern.config_file, "seed": pattern.seed})
+    report.add("inputs", {"batch": batch, "config": pattern.config_file})
     settings = pattern.config.mapping.model_dump()
     report.add("inputs", {"reading": asdict(pattern.reading), "settings": settings})
     return report
@@ -87,7 +87,7 @@ def _report(pattern: MappingJob, batch: Path) -> Report:
 def _made_by(pattern: MappingJob, batch: Path) -> str:
     file = pattern.config_file
     settings = "the default settings" if file is None else f"the settings of {file}"
-    return f"Made by racecar map --batch {batch} with {settings} and seed {pattern.seed}."
+    return f"Made by racecar map --batch {batch} with {settings}."
 
 
 def _print_failures(rows: Sequence[BatchRow]) -> None:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from racecar.pipelines.commands.options import ConfigOption, OutputFolderOption, SeedOption
+from racecar.pipelines.commands.options import ConfigOption, OutputFolderOption
 from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.rendering_options import FileFlags, map_files
 from racecar.pipelines.commands.results import EndFlags
@@ -21,7 +21,6 @@ def merge(
     out: Annotated[OutputFolderOption, WritesFolder(map_files)],
     config: ConfigOption = None,
     files: FileFlags,
-    seed: SeedOption = 0,
     ending: EndFlags,
 ) -> None:
     """Join the maps of several drives into one, in any order, from their session.npz alone.
@@ -38,10 +37,10 @@ def merge(
     if len(folders) < 2:
         raise UserError("There is nothing to merge: name two folders or more that `racecar map` has written.")
     settings, requested = load_config(config), files.requested
-    context.report.add("inputs", {"runs": [str(each) for each in folders], "config": config, "seed": seed})
+    context.report.add("inputs", {"runs": [str(each) for each in folders], "config": config})
     with context.report.stage("loading"):
         from racecar.pipelines.runs.merge_run import merge_runs
-    run = merge_runs(folders, settings, context, seed)
+    run = merge_runs(folders, settings, context)
     run.save(out, requested, replace=True)
     width, height = run.result.tiled.metres
     joined = context.report.contents.counts.sessions

@@ -39,7 +39,6 @@ class MappingJob:
     """Optional files to write."""
     record: bool = False
     """Whether the folder ``record`` is written."""
-    seed: int = 0
 
     @property
     def place(self) -> OutputFolder:
@@ -60,7 +59,6 @@ class MappingJob:
             "reading": asdict(self.reading),
             "continued": None if self.continued is None else str(self.continued),
             "initial_pose": self.initial_pose,
-            "seed": self.seed,
         }
         return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
 
@@ -85,7 +83,6 @@ def carry_out(job: MappingJob, context: "RunContext") -> "MapRun":
             context,
             continued=job.continued,
             initial_pose=job.initial_pose,
-            seed=job.seed,
             keep_clouds=POINTS_FILE in job.requested,
         )
         if job.record:

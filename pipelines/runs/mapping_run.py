@@ -26,7 +26,6 @@ from racecar.pipelines.runs.corrected_session import CorrectedSession, load_corr
 from racecar.pipelines.runs.interrupts import StopRequest, stop_request
 from racecar.pipelines.runs.map_cautions import cautions_of_fixed_returns, cautions_of_resolution
 from racecar.pipelines.runs.map_run import MapRun, finish_map
-from racecar.pipelines.runs.place_finding import found_on
 from racecar.pipelines.runs.run_context import RunContext
 from racecar.sensors.fixed_returns.fixed_returns import FixedReturns
 from racecar.sensors.measurement import Measurement
@@ -43,7 +42,6 @@ def map_bag(
     config: ConfigSource = None,
     continued: str | Path | None = None,
     initial_pose: Sequence[float] | None = None,
-    seed: int = 0,
     quiet: bool = True,
 ) -> MapRun:
     """Build a map of a bag, as ``racecar map`` does.
@@ -60,7 +58,7 @@ def map_bag(
     settings, folder = load_config(config), None if continued is None else Path(continued)
     with opened_bag(bag, settings.sensors) as reader:
         context.report.add("inputs", {"bag": reader.path})
-        return build_map(reader, settings, context, continued=folder, initial_pose=initial_pose, seed=seed)
+        return build_map(reader, settings, context, continued=folder, initial_pose=initial_pose)
 
 
 def build_map(
@@ -70,7 +68,6 @@ def build_map(
     *,
     continued: Path | None = None,
     initial_pose: Sequence[float] | None = None,
-    seed: int = 0,
     learns_sensors: bool = True,
     keep_clouds: bool = False,
 ) -> MapRun:
@@ -84,9 +81,9 @@ def build_map(
     recognized on the earlier map.
     """
     report, mapping = context.report, config.mapping
-    report.add("inputs", {"seed": seed, "settings": mapping.model_dump()})
+    report.add("inputs", {"settings": mapping.model_dump()})
     known = None if continued is None else load_corrected(continued, context)
-    earlier = _earlier_map(reader, config, report, known, initial_pose, seed)
+    earlier = _earlier_map(reader, config, report, known, initial_pose)
     if learns_sensors:
         with report.stage("self-calibration"):
             calibrate(reader, context)
@@ -132,7 +129,6 @@ def _earlier_map(
     report: Report,
     continued: CorrectedSession | None,
     initial_pose: Sequence[float] | None,
-    seed: int,
 ) -> EarlierMap | None:
     """The map to extend, if there is one. Warns when it is of the same recording."""
     if continued is None:
@@ -144,7 +140,7 @@ def _earlier_map(
     folder = continued.folder
     report.add("inputs", {"continue": folder, "initial_pose": initial_pose})
     start = None if initial_pose is None else np.array(initial_pose, dtype=np.float64)
-    earlier = found_on(continued.session, config, seed, start)
+    earlier = EarlierMap(continued.session, start)
     if Inputs.model_validate(reader.inputs).is_within(read_report(folder).inputs):
         report.warn(
             f"{folder} is of this recording already, which now counts twice: extend it by another drive."

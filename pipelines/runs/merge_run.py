@@ -6,7 +6,7 @@ from pathlib import Path
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.session.drawing import Views, draw_map
-from racecar.mapping.session.merging import merge
+from racecar.mapping.session.merging import EarlierMap, merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.mapping.state.result import MappingResult
@@ -17,11 +17,10 @@ from racecar.pipelines.files.edits_file import MapEdits, edits_together
 from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.runs.corrected_session import CorrectedSession, load_corrected
 from racecar.pipelines.runs.map_run import NO_TRAJECTORY, MapRun, frame_figures
-from racecar.pipelines.runs.place_finding import found_on
 from racecar.pipelines.runs.run_context import RunContext
 
 
-def merge_runs(folders: Sequence[Path], config: Config, context: RunContext, seed: int = 0) -> MapRun:
+def merge_runs(folders: Sequence[Path], config: Config, context: RunContext) -> MapRun:
     """The map of all sessions in folders, with the edits beside them, in the frame of the longest; figures
     and warnings go into the report.
 
@@ -34,7 +33,7 @@ def merge_runs(folders: Sequence[Path], config: Config, context: RunContext, see
         corrected = {folder: load_corrected(folder, context) for folder in folders}
         sessions = {folder: each.session for folder, each in corrected.items()}
     with report.stage("merging"):
-        session, frames, left_out = _merged(sessions, config, seed)
+        session, frames, left_out = _merged(sessions)
     for folder, why in left_out.items():
         report.warn(f"{folder} was left out: {why}.")
     if len(frames) == 1:
@@ -76,7 +75,7 @@ def _edits_of(corrected: dict[Path, CorrectedSession], frames: dict[Path, Pose])
 
 
 def _merged(
-    sessions: dict[Path, Session], config: Config, seed: int
+    sessions: dict[Path, Session],
 ) -> tuple[Session, dict[Path, Pose], dict[Path, str]]:
     """One session of all that fit together; for each joined session its old frame (3,) relative to the common
     one; and for each of the others the reason, in a sentence without a full stop.
@@ -93,7 +92,7 @@ def _merged(
         for folder in list(waiting):
             earlier = merged
             try:
-                merged = merge(found_on(earlier, config, seed), sessions[folder], is_newer=False)
+                merged = merge(EarlierMap(earlier), sessions[folder], is_newer=False)
             except NotRecognizedError as error:
                 left_out[folder] = _as_clause(str(error))
                 continue

@@ -7,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.accuracy.furniture import move_furniture
-from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.quality.map_quality import Verdict
@@ -20,7 +19,6 @@ from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.runs.place_finding import LocalizerSearch
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel, SimulationConfig
 
@@ -47,10 +45,7 @@ def drive(world: OccupancyGrid, seed: int, earlier: Session | None) -> tuple[Map
     mapper = Mapper(settings)
     for message in simulation.messages():
         feed(message, mapper)
-    found = None
-    if earlier is not None:
-        search = LocalizerSearch(earlier, settings, LocalizationConfig(), seed, None)
-        found = EarlierMap(earlier, search)
+    found = None if earlier is None else EarlierMap(earlier)
     return mapper.finish(earlier=found), simulation.ground_truth.map_from_base
 
 

@@ -32,7 +32,7 @@ def test_where_no_two_scans_tie_it_a_car_that_was_moved_by_hand_stays_where_it_w
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Its wheels, which saw nothing of it, do not turn it back."""
-    monkeypatch.setattr(constraints, "_MIN_OVERLAP", 1.0)
+    monkeypatch.setattr(constraints, "MIN_OVERLAP", 1.0)
     assert error_of_a_car_moved_by_hand(120) < 0.05
 
 

@@ -16,7 +16,6 @@ from racecar.pipelines.runs.map_outputs import MAP_NAMES
 from racecar.pipelines.runs.map_run import MapRun, finish_map
 from racecar.pipelines.runs.other_process import in_fresh_process
 from racecar.pipelines.runs.output_places import free_folder
-from racecar.pipelines.runs.place_finding import found_on
 from racecar.pipelines.runs.run_context import RunContext
 
 
@@ -39,7 +38,7 @@ class MapOutput:
         for mapper in drives:
             try:
                 run = self._finished(mapper, self.folder, earlier)
-                earlier = found_on(run.result.session, self.config)
+                earlier = EarlierMap(run.result.session)
             except NotRecognizedError as error:
                 own = free_folder(self.folder, lambda: MAP_NAMES)
                 self._finished(mapper, own)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.mapping.graph.constraint import Constraint
-from racecar.mapping.loops import loop_closure, submap_graph, submap_matching
+from racecar.mapping.loops import loop_closure, submap_graph
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap_graph import SubmapGraph
 from racecar.mapping.loops.submap_matching import nearest_pairs
@@ -29,8 +29,10 @@ def drifted(true: Pose, bias: tuple[float, float, float]) -> Pose:
     return np.array(poses)
 
 
-def closures(walls: np.ndarray, true: Pose, known: Pose, *, sight: float = 30.0) -> list[Constraint]:
-    closer = LoopCloser(store_of(walls, true, sight))
+def closures(
+    walls: np.ndarray, true: Pose, known: Pose, *, sight: float = 30.0, **settings: float
+) -> list[Constraint]:
+    closer = LoopCloser(store_of(walls, true, sight), **settings)
     found = []
     for k in range(len(true)):
         step = IDENTITY if k == 0 else between(known[k - 1], known[k])
@@ -93,12 +95,11 @@ def test_one_submap_that_fits_is_not_believed_alone(monkeypatch: pytest.MonkeyPa
     assert len(closures(RING, true, true)) == 1
 
 
-def test_scans_that_are_looked_through_refute_a_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scans_that_are_looked_through_refute_a_loop() -> None:
     """Nothing satisfies an agreement above one, so no hypothesis is left."""
     true = path(0.0, 1.8 * ONCE_ROUND)
     assert closures(RING, true, true) != []
-    monkeypatch.setattr(submap_matching, "_MIN_AGREEMENT", 1.01)
-    assert closures(RING, true, true) == []
+    assert closures(RING, true, true, least_agreement=1.01) == []
 
 
 def test_what_lies_beyond_a_turn_may_be_farther_off(monkeypatch: pytest.MonkeyPatch) -> None:
