@@ -1,9 +1,12 @@
 """``racecar studio``: everything on one page in the browser."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from racecar.pipelines.studio.page import Page
 
 from racecar.pipelines.commands.options import ConfigOption, QuietOption
 
@@ -68,8 +71,8 @@ def studio(
     from racecar.pipelines.studio.page import Page
     from racecar.pipelines.studio.studio import add_opening, drive, screen_for
 
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     with closing(Page("racecar studio", port)) as page, suppress(KeyboardInterrupt):
+        signal.signal(signal.SIGTERM, lambda *_: page.stop())
         if target is not None:
             make_screen = screen_for(page, target, settings)
         else:
@@ -79,4 +82,21 @@ def studio(
         teller(quiet=quiet)(f"Look at {page.address} (Ctrl-C ends).")
         if browser:
             webbrowser.open(page.address)
-        page.run()
+        _run(page)
+
+
+def _run(page: "Page") -> None:
+    """Work until Ctrl-C, and on after the first one if something is not saved yet."""
+    from racecar.maps.errors import UserError
+    from racecar.pipelines.commands.terminal import teller
+
+    while True:
+        try:
+            page.run()
+        except KeyboardInterrupt:
+            try:
+                page.confirm_leaving()
+            except UserError as loss:
+                teller(quiet=False)(str(loss))
+                continue
+        return

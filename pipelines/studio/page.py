@@ -105,10 +105,14 @@ class Page:
 
         Also raises UserError when something would be lost; a second call soon after enters it anyway.
         """
+        self.confirm_leaving()
+        self.enter(prepare())
+
+    def confirm_leaving(self) -> None:
+        """Raises UserError that says what would be lost with the screen, unless it has just said so."""
         loss = "" if self._screen is None else self._screen.would_be_lost
         if loss:
             self.confirm(loss)
-        self.enter(prepare())
 
     def check_place(self, place: OutputFolder, read: Sequence[Path] = ()) -> None:
         """Raises UserError when nothing can be written to a place, and when something there would be replaced

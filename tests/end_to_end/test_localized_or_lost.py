@@ -51,7 +51,7 @@ def test_only_the_bag_that_made_the_map_is_compared_with_its_trajectory(
     simulate(racecar, tmp_path / "drive.bag", 3, "--seed", 4)
     compared = []
     for bag in (drive / "drive.bag", tmp_path / "drive.bag"):
-        racecar("localize", bag, "--map", mapped, "--out", tmp_path / "out", "--quiet")
+        racecar("localize", bag, "--map", mapped, "--out", tmp_path / "out", "--quiet", "--replace")
         report = report_of(tmp_path / "out")
         compared.append("against_mapping_trajectory" in report["accuracy"])
     assert compared == [True, False]

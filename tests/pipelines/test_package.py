@@ -74,6 +74,13 @@ def test_the_poses_are_those_of_the_command(bag: Path, mapped: racecar.MapRun, t
     mapped.save(tmp_path / "map")
     localized = racecar.localize_bag(bag, str(tmp_path / "map"))
     localized.save(str(tmp_path / "api"))
+    for saved in (
+        lambda **replace: localized.save(tmp_path / "api", **replace),
+        lambda **replace: mapped.save(tmp_path / "map", **replace),
+    ):
+        with pytest.raises(racecar.UserError, match=r"which would be replaced: .*, or pass replace=True"):
+            saved()
+        saved(replace=True)
     arguments = ["localize", str(bag), "--map", str(tmp_path / "map"), "--out", str(tmp_path / "cli")]
     assert run([*arguments, "--quiet"]) == 0
     for name in ("trajectory.tum", "overlay.png"):

@@ -15,10 +15,12 @@ from racecar.pipelines.studio.screen import Tool
 class CornerTool(Tool):
     """Draws the corners of a draft."""
 
-    def __init__(self, page: Page, draft: Draft, finish: Callable[[], None]) -> None:
-        """``finish`` makes an edit from the corners."""
+    def __init__(
+        self, page: Page, draft: Draft, finish: Callable[[], None], changed: Callable[[], None]
+    ) -> None:
+        """``finish`` makes an edit from the corners; ``changed`` is called when they have changed."""
         super().__init__("Draw", "")
-        self._page, self._draft, self._finish = page, draft, finish
+        self._page, self._draft, self._finish, self._changed = page, draft, finish, changed
         self.kind: EditKind = "erase"
         """Kind of the shape being drawn."""
 
@@ -54,8 +56,9 @@ class CornerTool(Tool):
             self._show(corners)
 
     def draw(self) -> None:
-        """Draw the unfinished shape."""
+        """Draw the unfinished shape, which has changed."""
         self._show(self._draft.corners)
+        self._changed()
 
     def _show(self, corners: NDArray[np.float64]) -> None:
         self._page.layers.line("drawn", corners)

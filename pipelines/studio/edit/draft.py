@@ -60,6 +60,9 @@ class Draft:
 
         Raises UserError when they form no such shape, or it covers nothing; the corners are kept then.
         """
+        count, fewest = len(self.corners), 2 if kind == "wall" else 3
+        if count < fewest:
+            raise UserError(f"The shape has {count} of at least {fewest} corners: click on the map for more.")
         drawn = Edit(
             kind,
             self.corners,

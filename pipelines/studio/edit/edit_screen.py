@@ -42,7 +42,7 @@ class EditScreen(Screen):
         """``grid`` is the map of the run in ``folder`` without its ``edits``; ``leave`` opens that run."""
         self._page, self._folder, self._grid, self._rendering = page, folder, grid, config.rendering
         self._draft = Draft(grid, edits)
-        self._corners = CornerTool(page, self._draft, self._finish)
+        self._corners = CornerTool(page, self._draft, self._finish, lambda: self._say_why(""))
         self._saving = Saving(folder, config, edits)
         self._names: list[str] = []
         """Names of the edits in the list."""
@@ -71,6 +71,7 @@ class EditScreen(Screen):
             self._limit: Any = gui.add_number("Limit (m/s)", 0.5, min=0.0, step=0.05)
             page.on_press(gui.add_button("Finish the shape"), self._finish)
             page.on_press(gui.add_button("Undo", color="gray"), self._undo)
+            self._why: Any = gui.add_markdown("", visible=False)
             self._choose_kind(self._kind.value)
         with page.folder("Edits"):
             self._choice: Any = gui.add_dropdown("Chosen", [_NONE])
@@ -95,13 +96,14 @@ class EditScreen(Screen):
         self._limit.visible = kind == "speed"
 
     @property
-    def _chosen(self) -> int | None:
-        """Index of the selected edit, from 0; None if there is none."""
-        return self._names.index(self._choice.value) if self._choice.value in self._names else None
+    def _chosen(self) -> int:
+        """Index of the selected edit, from 0. Raises UserError if there is none."""
+        if self._choice.value not in self._names:
+            raise UserError("There is no edit yet: draw a shape, and finish it.")
+        return self._names.index(self._choice.value)
 
     def _change(self) -> None:
-        if (number := self._chosen) is None:
-            return
+        number = self._chosen
         edit = self._draft.edits.edits[number]
         self._draft.reopen(number)
         self._kind.value = NAMES[edit.kind]
@@ -113,13 +115,20 @@ class EditScreen(Screen):
         self._show_edits()
 
     def _remove(self) -> None:
-        if (number := self._chosen) is not None:
-            self._draft.remove(number)
-            self._show_edits()
+        self._draft.remove(self._chosen)
+        self._show_edits()
 
     def _finish(self) -> None:
-        self._draft.finish(self._corners.kind, width=self._width.value, limit=self._limit.value)
+        try:
+            self._draft.finish(self._corners.kind, width=self._width.value, limit=self._limit.value)
+        except UserError as error:
+            self._say_why(f"**Not finished.** {literal(str(error))}")
+            raise
         self._show_edits()
+
+    def _say_why(self, words: str) -> None:
+        """Why the shape cannot be finished, until it changes: longer than a message is shown."""
+        self._why.content, self._why.visible = words, bool(words)
 
     def _undo(self) -> None:
         before = self._draft.edits
@@ -163,8 +172,7 @@ class EditScreen(Screen):
         self._corners.draw()
 
     def _draw_chosen(self) -> None:
-        number = self._chosen
-        chosen = () if number is None else self._draft.edits.edits[number : number + 1]
+        chosen = [self._draft.edits.edits[self._chosen]] if self._names else []
         self._page.layers.segments("chosen", _outlines(chosen))
 
     def _written(self) -> TiledGrid:

@@ -46,11 +46,11 @@ def test_all_kinds_are_drawn_and_read_again_from_their_file(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("corners", "kind", "words"),
     [
-        (SQUARE[:2], "Keep out", "has 2 points and needs 3"),
-        (SQUARE[:1], "Wall", "has 1 points and needs 2"),
+        (SQUARE[:2], "Keep out", "has 2 of at least 3 corners"),
+        (SQUARE[:1], "Wall", "has 1 of at least 2 corners"),
         ([SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3]], "Free", "crosses itself near (1.50, 1.50)"),
         ([[20.0, 20.0], [21.0, 20.0], [21.0, 21.0]], "Erase", "covers no cell of the map"),
-        ([], "Unknown", "has 0 points"),
+        ([], "Unknown", "has 0 of at least 3 corners"),
     ],
 )
 def test_a_mistake_is_told_and_its_corners_stay(corners: list[list[float]], kind: str, words: str) -> None:

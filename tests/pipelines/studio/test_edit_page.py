@@ -100,10 +100,12 @@ def test_mistakes_are_told_steps_undone_and_all_pages_see_the_same(
     draw(page, BOW_TIE)
     page.press("Finish the shape")
     page.wait_for(lambda: page.says("crosses itself near"), "the mistake to be told")
+    page.wait_for(lambda: page.says("Not finished. What was drawn"), "the same in the panel")
     page.press("Save and render")
     page.wait_for(lambda: page.says("A shape is not finished"), "the unfinished shape to be told")
     for _ in BOW_TIE[1:]:
         page.press("Undo")
+    page.wait_for(lambda: not page.says("Not finished."), "the reason to go with the corners")
     page.wait_for(lambda: not page.says("Not possible"), "the messages over the map to go")
     draw(page, [*AREA[1:], AREA[0]])
     page.wait_for(lambda: in_list(page, "2: free, 4 corners"), "the shape without its mistake")

@@ -92,6 +92,24 @@ def test_a_bag_is_mapped_while_one_watches(page: Page, bag: Path, tmp_path: Path
     assert "LookScreen" in type(screen_of(page)).__name__
 
 
+def test_a_run_is_only_replaced_when_asked_twice(page: Page, bag: Path, tmp_path: Path) -> None:
+    screen = enter(page, bag)
+    screen.map_it()
+    wait_for(page, lambda: screen.is_idle)
+    first = (tmp_path / "runs/drive/report.json").read_bytes()
+    assert screen._out.value == "runs/drive-2"
+    screen.choose(bag.name)
+    assert screen._out.value == "runs/drive-2"
+    screen._out.value = "runs/drive"
+    with pytest.raises(UserError, match=r"results of `racecar map` for drive.bag, .* press again to replace"):
+        screen.map_it()
+    assert screen.is_idle
+    assert (tmp_path / "runs/drive/report.json").read_bytes() == first
+    screen.map_it()
+    wait_for(page, lambda: screen.is_idle)
+    assert (tmp_path / "runs/drive/report.json").read_bytes() != first
+
+
 def test_a_bag_is_checked(page: Page, bag: Path) -> None:
     screen = enter(page, bag)
     screen.check_it()

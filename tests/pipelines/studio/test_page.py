@@ -1,4 +1,5 @@
-"""The page's server: ports that are taken, visitors that say nothing, and a server that has ended."""
+"""The page's server: ports that are taken, visitors that say nothing, a server that has ended; and what is
+asked before something is lost."""
 
 import logging
 import socket
@@ -8,8 +9,11 @@ from contextlib import closing, contextmanager
 
 import pytest
 
+from racecar.maps.errors import UserError
+from racecar.pipelines.commands.studio import _run
 from racecar.pipelines.studio import page as page_module
 from racecar.pipelines.studio.page import Page
+from racecar.pipelines.studio.screen import Screen
 from racecar.pipelines.studio.server.gate import LOOPBACK
 
 
@@ -74,3 +78,35 @@ def test_a_visitor_who_says_nothing_is_no_error(caplog: pytest.LogCaptureFixture
                 while visitor.recv(1000):
                     pass
     assert not [record for record in caplog.records if record.levelno >= logging.ERROR]
+
+
+class Unsaved(Screen):
+    """Something is lost when it is left."""
+
+    would_be_lost = "It is not saved: save it, or press again to leave without it."  # type: ignore[assignment]
+
+
+def test_ctrl_c_says_first_what_is_not_saved(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    runs = []
+
+    def interrupted() -> None:
+        runs.append(capsys.readouterr().out)
+        raise KeyboardInterrupt
+
+    with closing(Page("a page", 0)) as page:
+        monkeypatch.setattr(page, "run", interrupted)
+        page.enter(Unsaved)
+        _run(page)
+    assert len(runs) == 2
+    assert "It is not saved" in runs[1]
+
+
+def test_what_is_confirmed_once_is_asked_again_the_next_time() -> None:
+    with closing(Page("a page", 0)) as page:
+        for _ in range(2):
+            for loss in ("a map", "edits"):
+                with pytest.raises(UserError, match=loss):
+                    page.confirm(loss)
+            page.confirm("edits")
