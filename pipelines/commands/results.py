@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from racecar.pipelines.commands.options import JsonOption, QuietOption
 from racecar.pipelines.commands.terminal import teller
-from racecar.pipelines.files.outputs import written_to
 
 if TYPE_CHECKING:
     from racecar.pipelines.files.report import Report
@@ -65,6 +64,8 @@ def print_warnings(sentences: Iterable[str]) -> None:
 def where_to_look(folder: Path, first: str, figures: Path | None = None) -> str:
     """A sentence that names the file to open first, what else was written to the folder, and the ``figures``
     of --json."""
+    from racecar.pipelines.files.outputs import written_to
+
     written = written_to(folder)
     others = [name for name in written if name != first]
     if written and first not in written:  # if a package is missing
