@@ -18,10 +18,10 @@ from benchmarks.ablation.simulated_drives import simulated_drives
 from benchmarks.commands import run
 from benchmarks.harness.variant import Variant
 from racecar.localization.config import LocalizationConfig
+from racecar.maps.geometry.polyline import lengths_along
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.config_file import Config
-from racecar.pipelines.simulation.path_smoothing import lengths_along
 from racecar.pipelines.simulation.simulated_drive import simulate_drive
 from racecar.pipelines.simulation.simulator import Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
