@@ -71,6 +71,8 @@ class Page:
         self.gui.main_panel.dock_right()
         self.frame = Frame(self.gui)
         self.layers = Layers(self.server, self.frame.show_legend)
+        self._beside: Layers | None = None
+        self._ground = LIGHT
         self.pace = Pace(self.server)
         self.view = TopView(self.server, self._take_drag)
         self.server.scene.world_axes.visible = False
@@ -98,6 +100,7 @@ class Page:
         self._keys.clear()
         self.layers.begin_anew()
         self.frame.begin_anew()
+        self._clear_beside()
         self._screen = make_screen()
 
     def leave_for(self, prepare: Callable[[], Callable[[], Screen]]) -> None:
@@ -128,6 +131,25 @@ class Page:
         self._told_loss, self._warned_until = ("" if was_told else loss), time.monotonic() + _WARNED_FOR
         if not was_told:
             raise UserError(loss)
+
+    def layers_beside(self, offset: NDArray[np.float64]) -> Layers:
+        """Layers for a second drawing, moved by an offset (2,), until the screen is left; earlier ones are
+        removed."""
+        self._clear_beside()
+        self.server.scene.add_frame("/beside", show_axes=False, position=(*offset, 0.0))
+        self._beside = Layers(self.server, lambda _: None, "/beside")
+        self._beside.lie_on(self._ground)
+        self._beside.fit(self.view.pixel)
+        return self._beside
+
+    def _clear_beside(self) -> None:
+        if self._beside is not None:
+            self._beside.begin_anew()
+            self._beside = None
+
+    @property
+    def _all_layers(self) -> list[Layers]:
+        return [self.layers, *([] if self._beside is None else [self._beside])]
 
     def folder(self, label: str, *, is_open: bool = True) -> GuiFolderHandle:
         """A section of the side panel that is removed with the screen."""
@@ -224,8 +246,8 @@ class Page:
         self._screen.step(seconds)
         if self.pace.has_pages and self.pace.is_ready:
             with self.server.atomic():
-                is_zoomed = self.layers.fit(self.view.pixel)
-                has_changed = self._screen.draw() or is_zoomed
+                are_zoomed = [layers.fit(self.view.pixel) for layers in self._all_layers]
+                has_changed = self._screen.draw() or any(are_zoomed)
             if has_changed:
                 self.pace.note_frame()
 
@@ -246,9 +268,10 @@ class Page:
             self.tell("This is a fault in racecar", f"{type(error).__name__}: {error}", "red")
 
     def _paint_ground(self, is_dark: bool) -> None:
-        ground = DARK if is_dark else LIGHT
+        self._ground = DARK if is_dark else LIGHT
         self.gui.configure_theme(dark_mode=is_dark, show_logo=False, show_share_button=False)
-        self.layers.lie_on(ground)
+        for layers in self._all_layers:
+            layers.lie_on(self._ground)
 
     async def _click(self, event: SceneClickEvent) -> None:
         place, screen = floor_point(event.ray_origin, event.ray_direction), self._screen

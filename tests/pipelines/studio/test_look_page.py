@@ -1,5 +1,6 @@
 """A run on the page, as a person sees and uses it in a browser."""
 
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.runs.view.scene import Doubt, ParticleCloud, Scene, Sight
 from racecar.pipelines.studio.look.look_screen import LookScreen
+from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.server.gate import LOOPBACK
 from tests.pipelines.studio.chromium import WIDTH, opened, running
 
@@ -57,6 +59,43 @@ def test_a_run_is_gone_through_by_clicks(chromium: Any) -> None:
         page.tab.keyboard.press(" ")
         page.wait_for(lambda: page.says("x 6.00 m"), "the end of the drive")
         assert page.asked_hosts == {LOOPBACK}
+
+
+def beside(scene: Scene, other: Scene, seconds: float) -> tuple[LookScreen, list[str]]:
+    """A screen that shows both at a moment, and what it says about them."""
+    with closing(Page("two runs", 0)) as page:
+        page.enter(lambda: LookScreen(page, scene))
+        screen = page._screen
+        assert isinstance(screen, LookScreen)
+        screen.show_beside(other)
+        screen._time_line.go_to(seconds)
+        screen.draw()
+        return screen, [run.words() for run in screen._runs]
+
+
+@pytest.mark.parametrize(("later", "x"), [(0, "x 4.00 m"), (10**9, "x 3.00 m"), (10**12, "x 4.00 m")])
+def test_two_runs_are_shown_at_one_moment_or_as_long_after_their_starts(later: int, x: str) -> None:
+    other = a_run()
+    other.trajectory = Trajectory(other.trajectory.stamps + later, other.trajectory.map_from_base)
+    screen, (first, second) = beside(a_run(), other, 2.0)
+    assert first.startswith("x 4.00 m")
+    assert second.startswith(x)
+    assert screen._runs[1].extent[0][0] > screen._runs[0].extent[1][0]
+
+
+def test_a_click_on_the_other_run_goes_to_its_moment() -> None:
+    screen, _ = beside(a_run(), a_run(), 0.0)
+    left = screen._runs[1].extent[0]
+    screen.tool.click(left + np.array([5.0, 3.0]))
+    assert screen._time_line.now == pytest.approx(3.0)
+
+
+def test_what_a_run_does_not_hold_is_told_instead_of_a_switch_that_does_nothing() -> None:
+    bare = a_run()
+    bare.clouds, bare.sights = [], bare.sights[:1]
+    screen, (first, _) = beside(bare, bare, 3.9)
+    assert set(screen._switches) == {"scan", "ellipse"}
+    assert first.endswith("no scan was recorded here")
 
 
 @pytest.mark.slow
