@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import label, minimum_filter1d
+from scipy.ndimage import label, maximum_filter1d, minimum_filter1d
 from scipy.spatial import cKDTree
 from shapely import STRtree, linestrings
 
@@ -154,13 +154,15 @@ def _leave(
     ring: NDArray[np.float64], left: NDArray[np.float64], right: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """(N,) points of a closed line whose normals, to the left and right, leave the lane: they come to where
-    another point of the line is much nearer."""
+    another point of the line is much nearer; and the points beside these, since past a corner a normal first
+    meets the wall behind it."""
     crossing = crossing_normals(ring, np.minimum(left, _FARTHEST), np.minimum(right, _FARTHEST))
     is_nearer = np.abs(crossing.from_there) < _NEARER * np.abs(crossing.from_here)
     leave = np.zeros((2, len(ring)), dtype=np.bool_)
     leave[0, crossing.here[is_nearer & (crossing.from_here > 0.0)]] = True
     leave[1, crossing.here[is_nearer & (crossing.from_here < 0.0)]] = True
-    return leave[0], leave[1]
+    to_left, to_right = maximum_filter1d(leave, 3, axis=1, mode="wrap")
+    return to_left, to_right
 
 
 def _unseen(grid: OccupancyGrid) -> NDArray[np.bool_]:

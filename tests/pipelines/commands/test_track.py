@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 from shapely import LinearRing
 
+from racecar.maps.geometry.closed_line import ring_length
 from racecar.maps.geometry.se2 import transform_points
 from racecar.maps.grid.centre_line import CentreLine
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
@@ -19,7 +21,10 @@ from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.evaluation.evaluation import compare
 from racecar.pipelines.runs.track_run import MeasuredTrack, save_track
-from racecar.pipelines.simulation.simulator import ground_truth_file
+from racecar.pipelines.simulation.driver import CarMotion, drive_route
+from racecar.pipelines.simulation.driving_lattice import Route
+from racecar.pipelines.simulation.simulator import Simulation, ground_truth_file, write_bag
+from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 
 def test_what_is_written(tmp_path: Path) -> None:
@@ -70,6 +75,40 @@ def test_the_shipped_track_is_found_as_it_was_drawn(tmp_path: Path) -> None:
         assert np.mean(np.abs(widths - drawn[0]) < 0.05) > 0.9
         beyond = np.maximum(drawn.min(axis=0) - widths, widths - drawn.max(axis=0))
         assert np.max(beyond) < 0.05
+
+
+class FigureOfEight(Simulation):
+    """A drive along a given closed line instead of one that the car plans."""
+
+    def _drive(self) -> CarMotion:
+        ahead = np.gradient(EIGHT, axis=0)
+        poses = np.column_stack([EIGHT, np.arctan2(ahead[:, 1], ahead[:, 0])])
+        route = Route(poses, np.zeros(len(poses), dtype=np.bool_))
+        return drive_route(route, self._grid, self._lattice.clearance, self._config.max_speed, rounds=2)
+
+
+ANGLES = np.linspace(0.9, 0.9 + 2.0 * np.pi, 1000)
+EIGHT = np.column_stack([8.0 * np.sin(ANGLES), 4.0 * np.sin(2.0 * ANGLES)])
+HALF_WIDTH = 1.1
+
+
+@pytest.mark.slow
+def test_a_figure_of_eight_is_found_from_end_to_end(tmp_path: Path) -> None:
+    bag, out = tmp_path / "drive.bag", tmp_path / "map"
+    grid = OccupancyGrid(np.zeros((550, 950), dtype=np.int8), 0.02, np.array([-9.5, -5.5, 0.0]))
+    away, _ = cKDTree(EIGHT).query(grid.center_of(np.argwhere(grid.cells == FREE)))
+    grid.cells[away.reshape(grid.shape) > HALF_WIDTH] = OCCUPIED
+    simulation = FigureOfEight(grid, SimulationConfig(noise="slight"))
+    write_bag(simulation, bag, lambda _: None)
+    assert run(["map", str(bag), "--out", str(out), "--quiet"]) == 0
+    assert run(["track", str(out), "--json", str(tmp_path / "track.json"), "--quiet"]) == 0
+    (warning,) = json.loads((tmp_path / "track.json").read_text())["warnings"]
+    assert "a side is no wall" in warning
+    rows = np.loadtxt(out / "track.csv", comments="#", delimiter=",")
+    assert ring_length(rows[:, :2]) == pytest.approx(ring_length(EIGHT), rel=0.02)
+    aligned = compare(load_tum(out / "trajectory.tum"), simulation.ground_truth).reference_from_map
+    assert cKDTree(EIGHT).query(transform_points(aligned, rows[:, :2]))[0].max() < 0.1
+    np.testing.assert_allclose(rows[:, 2:], HALF_WIDTH, atol=0.15)
 
 
 AROUND = [(along, turn) for along in (0.0, -0.05, 0.05) for turn in (0.0, -0.02, 0.02)]
