@@ -20,6 +20,7 @@ from racecar.pipelines.commands.experiment import experiment
 from racecar.pipelines.commands.live import live
 from racecar.pipelines.commands.localize import localize
 from racecar.pipelines.commands.map import map
+from racecar.pipelines.commands.mend import mend
 from racecar.pipelines.commands.merge import merge
 from racecar.pipelines.commands.options import join_laser_pose, ungrouped
 from racecar.pipelines.commands.outputs import checked
@@ -62,7 +63,7 @@ def _describe(
     """
 
 
-for _command in (map, merge, render, track, localize, evaluate, simulate, check, config, studio, demo):
+for _command in (map, merge, render, mend, track, localize, evaluate, simulate, check, config, studio, demo):
     app.command()(_command)
 app.command(cls=RosCommand)(play)
 app.add_typer(experiment, name="experiment")

@@ -1,17 +1,21 @@
 """``racecar studio``: everything on one page in the browser."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from racecar.pipelines.commands.options import ConfigOption, QuietOption
+from racecar.pipelines.commands.page_options import PageFlags
+
 if TYPE_CHECKING:
     from racecar.pipelines.studio.page import Page
-
-from racecar.pipelines.commands.options import ConfigOption, QuietOption
+    from racecar.pipelines.studio.screen import Screen
 
 
 def studio(
+    *,
     target: Annotated[
         Path | None,
         typer.Argument(
@@ -28,18 +32,7 @@ def studio(
             help="Drive on this map: a YAML file, a folder with map.yaml, or a shipped map: building, track.",
         ),
     ] = None,
-    port: Annotated[
-        int,
-        typer.Option(
-            "--port",
-            metavar="N",
-            min=0,
-            max=65535,
-            help="Port of the page. By default a free one.",
-            show_default=False,
-        ),
-    ] = 0,
-    browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
+    served: PageFlags,
     config: ConfigOption = None,
     quiet: QuietOption = False,
 ) -> None:
@@ -56,10 +49,6 @@ def studio(
 
     To drive: racecar studio --map building
     """
-    import signal
-    import webbrowser
-    from contextlib import closing, suppress
-
     from racecar.maps.errors import UserError
     from racecar.pipelines.commands.terminal import teller
     from racecar.pipelines.files.config_file import load_config
@@ -68,35 +57,11 @@ def studio(
         raise UserError("Give a run to look at or --map to drive on, and not both.")
     settings = load_config(config)
 
-    from racecar.pipelines.studio.page import Page
-    from racecar.pipelines.studio.studio import add_opening, drive, screen_for
+    from racecar.pipelines.studio.studio import drive, screen_for
 
-    with closing(Page("racecar studio", port)) as page, suppress(KeyboardInterrupt):
-        signal.signal(signal.SIGTERM, lambda *_: page.stop())
+    def prepare(page: "Page") -> "Callable[[], Screen]":
         if target is not None:
-            make_screen = screen_for(page, target, settings)
-        else:
-            make_screen = drive(page, map or Path("building"), settings)
-        page.enter(make_screen)
-        add_opening(page, settings)
-        teller(quiet=quiet)(f"Look at {page.address} (Ctrl-C ends).")
-        if browser:
-            webbrowser.open(page.address)
-        _run(page)
+            return screen_for(page, target, settings)
+        return drive(page, map or Path("building"), settings)
 
-
-def _run(page: "Page") -> None:
-    """Work until Ctrl-C, and on after the first one if something is not saved yet."""
-    from racecar.maps.errors import UserError
-    from racecar.pipelines.commands.terminal import teller
-
-    while True:
-        try:
-            page.run()
-        except KeyboardInterrupt:
-            try:
-                page.confirm_leaving()
-            except UserError as loss:
-                teller(quiet=False)(str(loss))
-                continue
-        return
+    served.serve(prepare, settings, teller(quiet=quiet))

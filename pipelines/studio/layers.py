@@ -39,6 +39,7 @@ class Layer(NamedTuple):
 LAYERS = {
     "keyframes": Layer(SKY, "keyframe", 7.0),
     "path": Layer(PATH, "path", 4.0),
+    "driven": Layer(TRUTH, "path", 3.0),
     "matches": Layer(SKY, "match"),
     "planned": Layer(SKY, "planned way"),
     "loops": Layer(LOOP, "loop closure"),
@@ -46,6 +47,8 @@ LAYERS = {
     "walkers": Layer(LOOP, "walker", 7.0),
     "truth": Layer(TRUTH, "car, as it is", 4.0),
     "scan": Layer(SCAN, "scan", 6.0),
+    "first_pass": Layer(PATH, "first pass", 7.0),
+    "second_pass": Layer(SCAN, "second pass", 7.0),
     "course": Layer(SKY, "the course's filter", 1.5),
     "particles": Layer(PARTICLE, "particle, with its heading", 1.5),
     "ellipse": Layer(CAR),
@@ -223,6 +226,12 @@ class Layers:
         """Draw short lines from poses (N, 3) in the direction of their headings."""
         ahead = _ARROW * np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
         self.segments(name, np.stack([poses[:, :2], poses[:, :2] + ahead], axis=1))
+
+    def explain(self, name: str, words: str) -> None:
+        """Have the legend say something else of a drawn layer."""
+        if name in self._entries:
+            self._entries[name] = self._entries[name]._replace(words=words)
+            self._show_legend()
 
     def clear(self, *names: str) -> None:
         """Remove layers."""

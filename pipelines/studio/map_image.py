@@ -15,7 +15,7 @@ from racecar.maps.map_files import OCCUPIED_THRESHOLD
 from racecar.pipelines.files.pictures.shown_area import known_cells
 from racecar.pipelines.studio.palette import Backdrop, Color
 
-_MOST_CELLS = 16_000_000
+MOST_CELLS = 16_000_000
 """Maximum cells for drawing single cells instead of blocks: graphics cards support textures of at least 4096
 pixels a side, and a browser stores four bytes per pixel."""
 _CRISP_CELLS = 4_000_000
@@ -51,11 +51,11 @@ def paint(
     ``tints`` are masks on the same cells, each with the colour to mix in where it is above 0. ``pixel`` is
     the size in metres of a pixel of the screen: walls are at least ``least_wall`` pixels wide.
     """
-    grid = thinned(grid, _MOST_CELLS)
+    grid = thinned(grid, MOST_CELLS)
     cells = _thickened(grid.cells, round(least_wall * pixel / grid.resolution) - 1)
     pixels = _colors(ground)[cells.astype(np.int64) - UNKNOWN]
     for mask, color in tints:
-        is_tinted = thinned(mask, _MOST_CELLS).cells > 0
+        is_tinted = thinned(mask, MOST_CELLS).cells > 0
         pixels[is_tinted] = (1.0 - _TINT) * pixels[is_tinted] + _TINT * np.array(color)
     rows, columns = grid.cells.shape
     size = columns * grid.resolution, rows * grid.resolution

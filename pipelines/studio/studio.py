@@ -12,7 +12,7 @@ from racecar.maps.whole_folders import finish_replacing
 from racecar.pipelines.bags.storage.recordings import is_bag_file
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.edits_file import edits_beside
-from racecar.pipelines.files.session_file import SESSION_FILE
+from racecar.pipelines.files.session_file import SESSION_FILE, load_session
 from racecar.pipelines.files.typed_path import typed_path
 from racecar.pipelines.runs.batch.bag_search import find_bags
 from racecar.pipelines.runs.render_run import render_run
@@ -24,6 +24,7 @@ from racecar.pipelines.studio.edit.edit_screen import EditScreen
 from racecar.pipelines.studio.edit.saving import as_the_map_lies
 from racecar.pipelines.studio.look.look_screen import LookScreen
 from racecar.pipelines.studio.map_bag.map_bag_screen import MapBagScreen
+from racecar.pipelines.studio.mend.mend_screen import MendScreen
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.screen import Screen
 
@@ -71,10 +72,12 @@ def look(page: Page, run: Path, settings: Config) -> Callable[[], Screen]:
         page.tell("One moment", "The map is drawn without its edits.")
         page.enter(edit(page, run, settings))
 
+    has_session = (run / SESSION_FILE).is_file()
     return lambda: LookScreen(
         page,
         scene,
-        edit=enter_edit if (run / SESSION_FILE).is_file() else None,
+        edit=enter_edit if has_session else None,
+        mend=(lambda: page.enter(mend(page, run, settings))) if has_session else None,
         drive=(lambda: page.enter(drive(page, run, settings))) if _is_map(run) else None,
     )
 
@@ -89,6 +92,22 @@ def edit(page: Page, run: Path, settings: Config) -> Callable[[], Screen]:
     grid = render_run(run, config, RunContext()).result.tiled
     go_back = partial(page.leave_for, partial(screen_for, page, run, settings))
     return lambda: EditScreen(page, run, config, grid, edits, go_back)
+
+
+def mend(page: Page, run: Path, settings: Config) -> Callable[[], Screen]:
+    """A factory of the screen for correcting the map of a run by hand, which leads back to the run.
+
+    Raises UserError when it has no session, or its edits have a mistake.
+    """
+    session, edits = load_session(run), edits_beside(run)
+    config = as_the_map_lies(run, settings.mapping)
+    grid = load_map(run) if (run / "map.yaml").is_file() else None
+    go_back = partial(page.leave_for, partial(screen_for, page, run, settings))
+
+    def reopen() -> None:
+        page.enter(mend(page, run, settings))
+
+    return lambda: MendScreen(page, run, config, session, edits, grid, reopen=reopen, leave=go_back)
 
 
 def drive(page: Page, map: Path, settings: Config) -> Callable[[], Screen]:

@@ -20,6 +20,10 @@ class Tone(Enum):
     NEUTRAL = "neutral"
 
 
+TONE_OF_VERDICT = {"good": Tone.GOOD, "doubtful": Tone.DOUBTFUL, "wrong": Tone.BAD}
+"""Tones of the verdicts on a map."""
+
+
 class Headline(NamedTuple):
     """A few large words."""
 

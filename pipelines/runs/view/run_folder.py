@@ -14,7 +14,7 @@ from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_folders import finish_replacing
 from racecar.pipelines.files.literal_markdown import literal
-from racecar.pipelines.files.run_report import Quality, RunReport, Segment, read_report
+from racecar.pipelines.files.run_report import RunReport, Segment, read_report
 from racecar.pipelines.files.session_file import SESSION_FILE, load_session_arrays
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.view.record_file import read_record
@@ -48,7 +48,7 @@ def load_run(folder: Path) -> Scene:
     quality = report.quality
     scene.doubts = _doubts_of(quality.segments)
     scene.verdict, scene.reasons = quality.verdict or "", quality.reasons
-    scene.expected = _expected(quality)
+    scene.expected = expected_words(quality.error_per_10_m, quality.error_of_whole_m)
     return scene
 
 
@@ -69,8 +69,8 @@ def _recorded_or_driven(folder: Path, title: str, about: str) -> Scene:
     return Scene(title, about, driven)
 
 
-def _expected(quality: Quality) -> str:
-    near, whole = quality.error_per_10_m, quality.error_of_whole_m
+def expected_words(near: float | None, whole: float | None) -> str:
+    """The expected errors, in metres per 10 m of path and over the whole, for people."""
     words = [] if near is None else [f"{100 * near:.1f} cm per 10 m"]
     words += [] if whole is None else [f"{100 * whole:.0f} cm over the whole"]
     return f"expect errors of {', '.join(words)}" if words else ""

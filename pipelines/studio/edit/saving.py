@@ -28,6 +28,10 @@ class Saving:
         """Whether these are the edits that were last saved."""
         return edits.text == self._saved.text
 
+    def place(self, out: Path) -> OutputFolder:
+        """Where a map in ``out`` is written to."""
+        return OutputFolder(out, lambda: MAP_NAMES, (self._folder,))
+
     def save(
         self,
         edits: MapEdits,
@@ -55,8 +59,7 @@ class Saving:
         if not self.is_saved(edits):
             save_edits(edits, self._folder)
             self._saved = edits
-        place = OutputFolder(out, lambda: MAP_NAMES, (self._folder,))
-        check(place, [self._folder])
+        check(self.place(out), [self._folder])
         rendering = {"turn": "walls" if is_straightened else 0.0, "crop": "driven" if is_cropped else None}
         config = self._config.model_copy(
             update={"rendering": self._config.rendering.model_copy(update=rendering)}

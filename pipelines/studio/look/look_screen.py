@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from racecar.maps.errors import UserError
 from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.files.typed_path import typed_path
-from racecar.pipelines.runs.view.headline import Headline, Tone
+from racecar.pipelines.runs.view.headline import TONE_OF_VERDICT, Headline, Tone
 from racecar.pipelines.runs.view.measures import measures_of
 from racecar.pipelines.runs.view.run_folder import load_run
 from racecar.pipelines.runs.view.scene import Doubt, Scene
@@ -23,7 +23,7 @@ _NEAR = 12.0
 _MOST_NAMED = 12
 """Maximum doubtful segments with their own button, to keep the panel readable."""
 _OF_DRIVES = {"localized": Tone.GOOD, "uncertain": Tone.DOUBTFUL, "lost": Tone.BAD}
-_TONES = {"good": Tone.GOOD, "doubtful": Tone.DOUBTFUL, "wrong": Tone.BAD, **_OF_DRIVES}
+_TONES = {**TONE_OF_VERDICT, **_OF_DRIVES}
 """Colours of the verdicts on a map, and on a drive."""
 _GAP = 0.08
 """Gap between two runs, as a share of the width of the first."""
@@ -37,15 +37,16 @@ class LookScreen(Screen):
         page: Page,
         scene: Scene,
         edit: Callable[[], None] | None = None,
+        mend: Callable[[], None] | None = None,
         drive: Callable[[], None] | None = None,
     ) -> None:
-        """``edit`` opens the screen for editing the map, ``drive`` the one for driving on it; None if that is
-        impossible."""
+        """``edit`` opens the screen for editing the map, ``mend`` the one for correcting it by hand,
+        ``drive`` the one for driving on it; None if that is impossible."""
         self._page, self._scene = page, scene
         self._seconds = scene.seconds
         self._runs = [ShownRun(scene, page.layers, np.zeros(2))]
         self._go_to_place = Tool("Go through time", "Click the path.", self._go_to_nearest)
-        self._build_panel({"Edit the map": edit, "Drive on the map": drive})
+        self._build_panel({"Edit the map": edit, "Correct the map by hand": mend, "Drive on the map": drive})
         self._show_verdict()
         page.view.show_whole(*self._runs[0].extent)
 

@@ -10,7 +10,7 @@ from contextlib import closing, contextmanager
 import pytest
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.commands.studio import _run
+from racecar.pipelines.commands.page_options import _run
 from racecar.pipelines.studio import page as page_module
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.screen import Screen
