@@ -298,7 +298,8 @@ def _can_be_a_name(text: str) -> bool:
 
 def _read_cells(header: _Header, yaml_path: Path) -> NDArray[np.int8]:
     """(rows, columns) cells of the image, lowest row first."""
-    image = _open_image(header.image, yaml_path)
+    called = f"The image {header.image}, named in {yaml_path},"
+    image = open_image(header.image, called)
     cells = np.empty((image.height, image.width), dtype=np.int8)
     try:
         with _silence():
@@ -308,7 +309,7 @@ def _read_cells(header: _Header, yaml_path: Path) -> NDArray[np.int8]:
     except MemoryError:
         raise
     except Exception as error:  # same causes as for opening it
-        raise _unreadable(header.image, yaml_path, error) from error
+        raise _unreadable(called, error) from error
     return cells
 
 
@@ -340,30 +341,31 @@ def _brightness(image: Image.Image, mode: str) -> tuple[NDArray[np.uint16], int,
     return channels.sum(axis=2, dtype=np.uint16), 255 * channels.shape[2], transparent
 
 
-def _open_image(image_path: Path, yaml_path: Path) -> Image.Image:
+def open_image(path: Path, called: str) -> Image.Image:
+    """Open and decode an image, whose name in sentences is ``called``. Raises UserError when it cannot be
+    read, or is too large."""
     try:
         with _silence():
-            image = Image.open(image_path, formats=IMAGE_FORMATS)
+            image = Image.open(path, formats=IMAGE_FORMATS)
             if image.width * image.height > MOST_PIXELS:
                 raise Image.DecompressionBombError
             image.load()
     except Image.DecompressionBombError as error:
         raise UserError(
-            f"The image {image_path}, named in {yaml_path}, has more than {MOST_PIXELS} pixels; "
-            "crop it or save it at a coarser resolution."
+            f"{called} has more than {MOST_PIXELS} pixels; crop it or save it at a coarser resolution."
         ) from error
     except MemoryError:
         raise
     except Exception as error:  # Pillow's decoders raise arbitrary exceptions.
-        raise _unreadable(image_path, yaml_path, error) from error
+        raise _unreadable(called, error) from error
     return image
 
 
-def _unreadable(image_path: Path, yaml_path: Path, error: Exception) -> UserError:
+def _unreadable(called: str, error: Exception) -> UserError:
     reason = " ".join(str(error).split())
     return UserError(
-        f"The image {image_path}, named in {yaml_path}, cannot be read ({reason}); "
-        f"it must be a whole image of one of the kinds {', '.join(IMAGE_FORMATS)}."
+        f"{called} cannot be read ({reason}); it must be a whole image of one of the kinds "
+        f"{', '.join(IMAGE_FORMATS)}."
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2 import Pose, interpolate
+from racecar.maps.geometry.se2 import Pose, compose, interpolate
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +19,10 @@ class Trajectory:
 
     def __len__(self) -> int:
         return len(self.stamps)
+
+    def moved(self, new_from_map: Pose) -> "Trajectory":
+        """The same poses in another map frame."""
+        return Trajectory(self.stamps, compose(new_from_map, self.map_from_base))
 
     def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
         """``map_from_base`` (M, 3) at stamps (M,) in nanoseconds, interpolated linearly and held constant

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.raster import Raster
 
 UNKNOWN = -1
@@ -33,6 +33,10 @@ class OccupancyGrid(Raster):
         """Rows and columns."""
         rows, columns = self.cells.shape
         return rows, columns
+
+    def moved(self, new_from_map: Pose) -> "OccupancyGrid":
+        """The same cells in another map frame."""
+        return OccupancyGrid(self.cells, self.resolution, compose(new_from_map, self.map_from_grid))
 
     def rows(self, first: int, until: int) -> NDArray[np.int8]:
         """(until - first, columns) cells of a range of rows."""

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from racecar.pipelines.commands.floor_plan_options import PlanFlags
 from racecar.pipelines.commands.options import ConfigOption, OutputFolderOption
 from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.rendering_options import DrawingFlags, FileFlags, RunArgument, map_files
@@ -28,6 +29,7 @@ def render(
     drawing: DrawingFlags,
     files: FileFlags,
     edits: EditsOption = None,
+    plan: PlanFlags,
     ending: EndFlags,
 ) -> None:
     """Draw the map of a run again, from its session.npz alone: straight, cropped, finer, as vectors.
@@ -40,9 +42,10 @@ def render(
 
     context = ending.context("racecar render")
     settings, requested = drawing.over(load_config(config).mapping), files.requested
+    plan_requested = plan.requested
     with context.report.stage("loading"):
         from racecar.pipelines.runs.render_run import render_run
-    drawn = render_run(run, settings, context, edits)
+    drawn = render_run(run, settings, context, edits, plan_requested)
     drawn.save(out, requested, replace=True)
     width, height = drawn.result.tiled.metres
     done = f"Rendered a map of {width:.0f} × {height:.0f} m in {drawn.report.seconds:.1f} s."

@@ -4,7 +4,7 @@ from importlib.util import find_spec
 
 from racecar.maps.errors import UserError
 
-OPTIONAL = ("evo", "ezdxf", "libusb_package", "matplotlib", "open3d", "viser")
+OPTIONAL = ("evo", "ezdxf", "libusb_package", "matplotlib", "open3d", "svgelements", "viser")
 """Import names of the packages in the extra ``full``."""
 
 

@@ -38,6 +38,7 @@ def picture_of(run: "MapRun", new_figure: NewFigure = figure_for_file) -> "Figur
             for each in run.quality.segments
             for first, last in filter(None, (each.keyframes, each.contradicted_by))
         ],
+        floor_plan=run.floor_plan,
         new_figure=new_figure,
     )
 

@@ -12,6 +12,7 @@ from racecar.maps.map_files import load_map, save_map, save_map_image
 from racecar.maps.whole_folders import remove_with
 from racecar.pipelines.files.edits_file import save_edits
 from racecar.pipelines.files.filter_masks import FILTERS, filter_files, save_filter_masks
+from racecar.pipelines.files.floor_plan_grid import FLOOR_PLAN_FILES, save_floor_plan
 from racecar.pipelines.files.g2o import save_g2o
 from racecar.pipelines.files.optional_packages import is_installed, require
 from racecar.pipelines.files.point_map import save_point_map
@@ -97,6 +98,7 @@ def _walls(folder: Path) -> list[NDArray[np.float64]]:
 MAP_OUTPUTS = (
     MapOutputKind(("map.yaml", "map.pgm"), _write_map),
     MapOutputKind((), _write_edits),
+    MapOutputKind((), lambda run, folder: save_floor_plan(run.floor_plan, folder)),
     MapOutputKind(("trajectory.tum",), _write_trajectory),
     MapOutputKind(
         ("pose_graph.g2o",),
@@ -127,8 +129,8 @@ MAP_FILES = (
 )
 """The files that every mapping run writes."""
 
-MAP_NAMES = (*MAP_FILES, *(name for kind in FILTERS for name in filter_files(kind)))
-"""The files that a mapping run may replace or remove: the masks of earlier edits, too."""
+MAP_NAMES = (*MAP_FILES, *FLOOR_PLAN_FILES, *(name for kind in FILTERS for name in filter_files(kind)))
+"""The files that a mapping run may replace or remove: an earlier plan and the masks of earlier edits, too."""
 
 
 def outputs_with(requested: Collection[str] = ()) -> list[MapOutputKind]:

@@ -56,6 +56,8 @@ class MapRun:
     source: Path | None = None
     """The folder of the map that this one extends or renders again, or the file with its edits; None for a
     new map."""
+    floor_plan: OccupancyGrid | None = None
+    """The floor plan under the map, if one was laid there."""
 
     @property
     def grid(self) -> OccupancyGrid:

@@ -23,6 +23,7 @@ from racecar.pipelines.files.run_report import Inputs, read_report
 from racecar.pipelines.runs.bag_reading import opened_bag
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.corrected_session import CorrectedSession, load_corrected
+from racecar.pipelines.runs.floor_plan_run import plan_under
 from racecar.pipelines.runs.interrupts import StopRequest, stop_request
 from racecar.pipelines.runs.map_cautions import cautions_of_fixed_returns, cautions_of_resolution
 from racecar.pipelines.runs.map_run import MapRun, finish_map
@@ -120,7 +121,8 @@ def build_map(
     for sentence in [*cautions_of_fixed_returns(left_out), *cautions_of_resolution(mapping.resolution)]:
         report.warn(sentence)
     edits = MapEdits() if known is None else known.edits.in_recordings_from(0)
-    return replace(run, edits=edits, source=continued)
+    floor_plan = None if continued is None else plan_under(continued, edits)
+    return replace(run, edits=edits, source=continued, floor_plan=floor_plan)
 
 
 def _earlier_map(

@@ -1,6 +1,5 @@
 """Render a map again from its session: the command ``racecar render``, and other work on the map of a run."""
 
-from dataclasses import replace
 from pathlib import Path
 
 from racecar.mapping.config import MappingConfig
@@ -12,13 +11,15 @@ from racecar.mapping.session.drawing import Views, draw_map
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import IDENTITY, compose
+from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.files.edits_file import load_edits
+from racecar.pipelines.files.edits_file import edits_beside, load_edits
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import REPORT_FILE, Quality, read_report
+from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.corrected_session import load_corrected
+from racecar.pipelines.runs.floor_plan_run import PlanRequest, lay_plan, plan_under
 from racecar.pipelines.runs.map_run import NO_TRAJECTORY, MapRun, frame_figures
 from racecar.pipelines.runs.run_context import RunContext
 
@@ -33,16 +34,25 @@ quality, but not sentences that name places in its old frame."""
 
 
 def render_run(
-    source: Path, config: MappingConfig, context: RunContext, edits_file: Path | None = None
+    source: Path,
+    config: MappingConfig,
+    context: RunContext,
+    edits_file: Path | None = None,
+    plan: PlanRequest | None = None,
 ) -> MapRun:
-    """Render the map of a run in the folder ``source`` again from its session, in its frame, with the edits
-    beside it or from another file; figures and warnings go into the report.
+    """Render the map of a run in the folder ``source`` again from its session, in its frame or that of a
+    floor plan, with the edits beside it or from another file; figures and warnings go into the report.
 
     Raises UserError when there is nothing to read, or when the settings leave nothing to draw.
     """
     report = context.report
     with report.stage("reading"):
-        corrected = load_corrected(source, context, None if edits_file is None else load_edits(edits_file))
+        edits = edits_beside(source) if edits_file is None else load_edits(edits_file)
+        floor_plan = plan_under(source, edits)
+        if plan is not None:
+            laid = lay_plan(plan, load_session(source), config.resolution, context)
+            edits, floor_plan = laid.held(edits), laid.grid
+        corrected = load_corrected(source, context, edits)
         session, edits, bent = corrected.session, corrected.edits, corrected.deformation
         trajectory = _trajectory(source, session if bent is None else bent.before, report)
         if bent is not None:
@@ -57,8 +67,8 @@ def render_run(
             "again, which uses the scans between them, too."
         )
     if (move := drawn.drawn_from_map) is not None:
-        session = session.moved(move)
-        trajectory = replace(trajectory, map_from_base=compose(move, trajectory.map_from_base))
+        session, trajectory = session.moved(move), trajectory.moved(move)
+        floor_plan = None if floor_plan is None else floor_plan.moved(move)
     edits = edits.moved(move)
     earlier = read_report(source)
     if earlier.damage:
@@ -77,7 +87,7 @@ def render_run(
         quality = judge(FinishedMap(session), config.quality)
         report.add("quality", quality.as_dict())
     result = MappingResult(session, drawn.tiled, config.rendering, trajectory, quality)
-    return MapRun(result, report, title, edits, source=edits_file or source)
+    return MapRun(result, report, title, edits, source=edits_file or source, floor_plan=floor_plan)
 
 
 def _trajectory(folder: Path, session: Session, report: Report) -> Trajectory:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import compose
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
 from racecar.maps.grid.thinning import thinned
+from racecar.pipelines.files.pictures.colors import PLAN_COLOR
 
 MOST_DRAWN_CELLS = 8_000_000
 """Largest grid drawn in full, because a picture has half as many dots and matplotlib takes 37 bytes per
@@ -18,6 +19,9 @@ _UNKNOWN_COLOR = "#dfe3e8"
 _OCCUPANCY = LinearSegmentedColormap.from_list("occupancy", ["#ffffff", "#1b1f24"])(np.linspace(0, 1, 101))
 _COLORS = np.rint(255 * np.concatenate([to_rgba_array(_UNKNOWN_COLOR), _OCCUPANCY])).astype(np.uint8)
 """(102, 4) colour of an unknown cell, and then of each percentage."""
+_PLAN = LinearSegmentedColormap.from_list("plan", [f"{PLAN_COLOR}00", PLAN_COLOR])(np.linspace(0, 1, 101))
+_PLAN_COLORS = np.rint(255 * np.concatenate([np.zeros((1, 4)), _PLAN])).astype(np.uint8)
+"""(102, 4) the same for a floor plan: what it leaves blank is transparent."""
 _MOST_TICKS = 14
 """Intervals between ticks along the longer side: their numbers still fit beside one another."""
 
@@ -33,19 +37,32 @@ def draw_grid(
 
     A huge grid is drawn no finer than visible.
     """
-    grid = thinned(_cropped(grid, low, high), MOST_DRAWN_CELLS)
+    _draw_cells(axes, _cropped(grid, low, high), _COLORS)
+    axes.set_facecolor(_UNKNOWN_COLOR)
+    axes.grid(visible=False)
+    show_area(axes, low, high, most_ticks)
+
+
+def draw_plan(axes: Axes, plan: OccupancyGrid) -> None:
+    """Draw the lines of a floor plan over the grid that is shown, and name them in the legend."""
+    low, high = axes.viewLim.get_points()
+    _draw_cells(axes, _cropped(plan, low, high), _PLAN_COLORS)
+    axes.plot([], [], color=PLAN_COLOR, linewidth=2.0, label="floor plan")
+    show_area(axes, low, high)
+
+
+def _draw_cells(axes: Axes, grid: OccupancyGrid, colors: NDArray[np.uint8]) -> None:
+    """Draw cells in ``colors`` (102, 4): of an unknown cell, and then of each percentage."""
+    grid = thinned(grid, MOST_DRAWN_CELLS)
     rows, columns = grid.cells.shape
     x, y, yaw = grid.map_from_grid
     axes.imshow(
-        _COLORS[grid.cells.astype(np.int16) - UNKNOWN],  # matplotlib's own conversion takes 30 bytes per cell
+        colors[grid.cells.astype(np.int16) - UNKNOWN],  # matplotlib's own conversion takes 30 bytes per cell
         origin="lower",
         extent=(0, columns * grid.resolution, 0, rows * grid.resolution),
         interpolation_stage="rgba",
         transform=Affine2D().rotate(yaw).translate(x, y) + axes.transData,
     )
-    axes.set_facecolor(_UNKNOWN_COLOR)
-    axes.grid(visible=False)
-    show_area(axes, low, high, most_ticks)
 
 
 def show_area(

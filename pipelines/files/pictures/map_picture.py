@@ -18,6 +18,7 @@ from racecar.pipelines.files.pictures.colors import (
     START_COLOR,
 )
 from racecar.pipelines.files.pictures.figure_files import NewFigure, figure_for_file
+from racecar.pipelines.files.pictures.grid_drawing import draw_plan
 from racecar.pipelines.files.pictures.heading import Heading
 from racecar.pipelines.files.pictures.map_figure import MapFigure
 
@@ -32,11 +33,15 @@ def map_picture(
     *,
     loops: Sequence[Line] = (),
     doubtful: Sequence[Line] = (),
+    floor_plan: OccupancyGrid | None = None,
     new_figure: NewFigure = figure_for_file,
 ) -> Figure:
-    """Draw the map with the path of each drive, the loops closed and the doubtful parts of the paths."""
+    """Draw the map with a floor plan, the path of each drive, the loops closed and the doubtful parts of the
+    paths."""
     picture = MapFigure(grid, np.concatenate(drives), heading, new_figure)
     axes = picture.axes
+    if floor_plan is not None:
+        draw_plan(axes, floor_plan)
     for number, path in enumerate(drives):
         label = None if number else "path"
         axes.plot(*path.T, color=PATH_COLOR, linewidth=1.2, label=label, zorder=3)
