@@ -115,7 +115,11 @@ def _segment(
 
 def _when(map_: FinishedMap, run: tuple[int, int]) -> str:
     first, last = map_.seconds[list(run)]
-    return f"at {first:.0f} s" if last - first < 1.0 else f"at {first:.0f} to {last:.0f} s"
+    times = map_.session.times
+    name = times.recordings[times.numbers[run[0]]].name if len(times.recordings) > 1 else ""
+    of_recording = f" of {name}" if name else ""
+    span = f"{first:.0f} s" if last - first < 1.0 else f"{first:.0f} to {last:.0f} s"
+    return f"at {span}{of_recording}"
 
 
 def _at(map_: FinishedMap, run: tuple[int, int]) -> str:

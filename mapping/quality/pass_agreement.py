@@ -109,7 +109,8 @@ def near_pairs(map_: FinishedMap) -> tuple[NDArray[np.int64], NDArray[np.int64]]
     pairs = kept[np.sort(found, axis=1)]
     pairs = pairs[np.lexsort(pairs.T[::-1])]
     driven = map_.path[pairs[:, 1]] - map_.path[pairs[:, 0]]
-    are_passes = driven > _APART
+    numbers = map_.session.times.numbers[pairs]
+    are_passes = (driven > _APART) | (numbers[:, 0] != numbers[:, 1])
     return (
         _thinned(pairs[~are_passes & (driven > 0.0)], _MOST_NEIGHBOURS),
         _thinned(pairs[are_passes], _MOST_PASSES),

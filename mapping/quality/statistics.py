@@ -53,7 +53,7 @@ def measure(map_: FinishedMap) -> MapStatistics:
     are_bare = weakest_direction(session.keyframes) < _BARE
     beyond = (places.looked_through - places.usual)[places.are_seen]
     unseen, too_far = unseen_motion(map_, edges, are_bare), jumps(map_)
-    stretches, any_two = _pairs(path)
+    stretches, any_two = _pairs(path, session.times.numbers)
     pairs, motion = np.concatenate([stretches, any_two]), GraphMotion(edges, poses)
     slip = slip_share(edges, poses, are_bare)
     spreads, shifts = motion.spreads(pairs), motion.shifts(slip_errors(edges, slip), pairs)
@@ -76,14 +76,19 @@ def measure(map_: FinishedMap) -> MapStatistics:
     return MapStatistics(figures, passes, places, stretches, open_, unseen, too_far)
 
 
-def _pairs(path: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pairs of keyframes at a fixed distance on a path (K,), and of the whole path: (S, 2) and (P, 2)."""
+def _pairs(
+    path: NDArray[np.float64], recordings: NDArray[np.int32]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Pairs of keyframes at a fixed distance on a path (K,) within one of the ``recordings`` (K,), and of the
+    whole path: (S, 2) and (P, 2)."""
     distance = min(LOCAL_DISTANCE, path[-1] / 2.0)
     places = np.searchsorted(path, np.linspace(distance, path[-1], _PLACES)).clip(1, len(path) - 1)
     places = np.unique(places)
     before = np.searchsorted(path, path[places] - distance, side="right") - 1
     stretches = np.column_stack([np.clip(before, 0, places - 1), places])
     ends = np.unique(stretches)
+    of_one = recordings[stretches[:, 0]] == recordings[stretches[:, 1]]
+    stretches = stretches[of_one] if of_one.any() else stretches
     return stretches, ends[np.column_stack(np.triu_indices(len(ends), 1))]
 
 

@@ -8,7 +8,7 @@ from racecar.mapping.session.drive_placement import Placement
 
 LEAST_METRES = 5.0
 """Metres of path times the share of it that the map explains, from which a place counts. Chosen by judgement:
-what two submaps see, which are never both mistaken for others of another building."""
+what two submaps see."""
 _COMPARABLE = 0.5
 """Share of what the best place explains, from which another one is compared with it. Measured where half of
 the furniture was moved: elsewhere a drive lies on the map for less than a tenth of that."""

@@ -61,6 +61,8 @@ from racecar.sensors.matching.scan_store import ScanStore
 
 _SAME_PLACE = 1e-6
 """Metres, because a trajectory's file resolves a nanometre."""
+_SAME_RETURN = 0.02
+"""Metres between the ends of a ray in two maps of one recording, since each map learned its own deskewing."""
 
 
 @dataclass(eq=False)
@@ -137,6 +139,13 @@ class Session:
         return bool(are_same.all() and np.abs(apart).max() < _SAME_PLACE)
 
     @property
+    def path(self) -> NDArray[np.float64]:
+        """(K,) metres driven up to each keyframe; nothing is driven from one recording to another."""
+        steps = np.hypot(*np.diff(self.map_from_keyframe[:, :2], axis=0).T)
+        steps[np.diff(self.times.numbers) != 0] = 0.0
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    @property
     def points(self) -> NDArray[np.float32]:
         """(N, 2) metres in the map: the returns of all keyframes."""
         return np.concatenate(list(returns_of(self.rays, self.map_from_keyframe))).astype(np.float32)
@@ -181,3 +190,15 @@ class Session:
             KeyframeTimes.from_arrays(part_of("times", arrays)),
             Measured.from_arrays(measured) if (measured := part_of("measured", arrays)) else None,
         )
+
+
+def has_recording_of(one: Session, other: Session) -> bool:
+    """Whether two sessions hold the same recording: scans of one time that saw the same. Times alone do not
+    say so, because simulated drives begin at the same one."""
+    of_one, of_other = np.nonzero(one.times.stamps[:, None] == other.times.stamps[None])
+    return any(
+        len(one.rays[a].ends) > 0
+        and one.rays[a].ends.shape == other.rays[b].ends.shape
+        and np.allclose(one.rays[a].ends, other.rays[b].ends, atol=_SAME_RETURN)
+        for a, b in zip(of_one.tolist(), of_other.tolist(), strict=True)
+    )

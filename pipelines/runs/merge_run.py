@@ -1,20 +1,20 @@
 """Merge maps of several drives into one: the command ``racecar merge``."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.session.drawing import Views, draw_map
 from racecar.mapping.session.merging import EarlierMap, merge
-from racecar.mapping.session.session import Session
+from racecar.mapping.session.session import Session, has_recording_of
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose, inverse
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.edits_file import MapEdits, edits_together
-from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.runs.corrected_session import CorrectedSession, load_corrected
 from racecar.pipelines.runs.map_run import NO_TRAJECTORY, MapRun, frame_figures
 from racecar.pipelines.runs.run_context import RunContext
@@ -33,12 +33,13 @@ def merge_runs(folders: Sequence[Path], config: Config, context: RunContext) -> 
         corrected = {folder: load_corrected(folder, context) for folder in folders}
         sessions = {folder: each.session for folder, each in corrected.items()}
     with report.stage("merging"):
-        session, frames, left_out = _merged(sessions)
+        joined = _joined(sessions)
+        session, frames, left_out = joined.session, joined.frames, joined.left_out
     for folder, why in left_out.items():
         report.warn(f"{folder} was left out: {why}.")
     if len(frames) == 1:
         why = next(iter(left_out.values()))
-        raise UserError(f"None of the maps could be joined to {next(iter(frames))}, the longest: {why}.")
+        raise UserError(f"None of the maps could be joined to {next(iter(frames))}: {why}.")
     with report.stage("rendering"):
         views = Views.of(session)
         drawn = draw_map(views, session.keyframes, mapping.resolution, mapping.rendering, keep_frame=True)
@@ -74,18 +75,38 @@ def _edits_of(corrected: dict[Path, CorrectedSession], frames: dict[Path, Pose])
     return edits_together(parts)
 
 
-def _merged(
-    sessions: dict[Path, Session],
-) -> tuple[Session, dict[Path, Pose], dict[Path, str]]:
-    """One session of all that fit together; for each joined session its old frame (3,) relative to the common
-    one; and for each of the others the reason, in a sentence without a full stop.
+@dataclass(frozen=True, eq=False)
+class _Joined:
+    """Sessions that were joined to a first one."""
 
-    The longest comes first, so that the order of the arguments does not matter. Sessions that do not fit are
-    retried after another one was joined.
-    """
-    longest, *others = sorted(sessions, key=lambda folder: _size(sessions[folder]), reverse=True)
-    left_out, waiting = _without_repeated(longest, others)
-    merged, first_keyframes = sessions[longest], {longest: 0}
+    session: Session
+    frames: dict[Path, Pose]
+    """Old frame (3,) of each joined session relative to the common one."""
+    left_out: dict[Path, str]
+    """The reason for each of the others, in a sentence without a full stop."""
+
+
+def _joined(sessions: dict[Path, Session]) -> _Joined:
+    """One session of all that fit together. Each may be the first, the longest before the others, so that the
+    order of the arguments does not matter; the first one that most others fit is taken."""
+    by_length = sorted(sessions, key=lambda folder: _size(sessions[folder]), reverse=True)
+    repeated = _repeated(by_length, sessions)
+    kept = [folder for folder in by_length if folder not in repeated]
+    best: _Joined | None = None
+    for first in kept:
+        found = _joined_to(first, {folder: sessions[folder] for folder in kept})
+        if best is None or len(found.frames) > len(best.frames):
+            best = found
+        if not found.left_out:
+            break
+    assert best is not None
+    return replace(best, left_out={**repeated, **best.left_out})
+
+
+def _joined_to(first: Path, sessions: dict[Path, Session]) -> _Joined:
+    """Those that fit a first one, or what was joined to it before."""
+    merged, first_keyframes = sessions[first], {first: 0}
+    waiting, left_out = [folder for folder in sessions if folder != first], dict[Path, str]()
     before = 0
     while waiting and len(waiting) != before:
         before = len(waiting)
@@ -100,24 +121,25 @@ def _merged(
             waiting.remove(folder)
             first_keyframes[folder] = len(earlier.rays)
     frames = {
-        folder: compose(merged.map_from_keyframe[first], inverse(sessions[folder].map_from_keyframe[0]))
-        for folder, first in first_keyframes.items()
+        folder: compose(merged.map_from_keyframe[number], inverse(sessions[folder].map_from_keyframe[0]))
+        for folder, number in first_keyframes.items()
     }
-    return merged, frames, left_out
+    return _Joined(merged, frames, left_out)
 
 
-def _without_repeated(longest: Path, others: Sequence[Path]) -> tuple[dict[Path, str], list[Path]]:
-    """Why some of the ``others`` are left out, because another map has the same drive; and the rest."""
-    kept = {longest: read_report(longest).inputs}
-    left_out: dict[Path, str] = {}
-    for folder in others:
-        own = read_report(folder).inputs
-        same = next((each for each, recording in kept.items() if own.is_within(recording)), None)
-        if same is not None and own.continued is None:
-            left_out[folder] = f"it is of the same recording as {same}, which would count twice"
+def _repeated(folders: Sequence[Path], sessions: dict[Path, Session]) -> dict[Path, str]:
+    """Which of the folders hold a recording that an earlier one holds, and that sentence."""
+    kept: list[Path] = []
+    repeated: dict[Path, str] = {}
+    for folder in folders:
+        same = next((each for each in kept if has_recording_of(sessions[each], sessions[folder])), None)
+        if same is None:
+            kept.append(folder)
         else:
-            kept[folder] = own
-    return left_out, [folder for folder in kept if folder != longest]
+            repeated[folder] = f"it is of the same recording as {same}, which would count twice"
+            if len(sessions[folder].times.recordings) > 1:
+                repeated[folder] += "; merge the maps of its other recordings instead"
+    return repeated
 
 
 def _size(session: Session) -> tuple[float, bytes]:

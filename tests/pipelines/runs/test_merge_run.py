@@ -13,8 +13,8 @@ from racecar.maps.geometry.se2 import IDENTITY, between, compose
 from racecar.pipelines.commands.cli import run as run_command
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.files.run_report import Inputs, read_report
-from racecar.pipelines.files.session_file import save_session
+from racecar.pipelines.files.run_report import Inputs
+from racecar.pipelines.files.session_file import load_session, save_session
 from racecar.pipelines.runs.merge_run import merge_runs
 from racecar.pipelines.runs.run_context import RunContext
 from tests.mapping.sessions import RING, path, session
@@ -52,19 +52,36 @@ def test_the_order_does_not_matter(folders: list[Path]) -> None:
     np.testing.assert_allclose(run.edits.edits[0].points[0], part[:2], atol=1e-3)
 
 
-def test_a_recording_does_not_count_twice(folders: list[Path], tmp_path: Path) -> None:
+def test_a_recording_does_not_count_twice_also_from_another_merge(
+    folders: list[Path], tmp_path: Path
+) -> None:
     whole, part, _ = folders
-    again = tmp_path / "again"
+    again, both = tmp_path / "again", tmp_path / "both"
     copytree(whole, again)
-    for folder, bag, kept in ((whole, "a", None), (again, "a", None), (part, "b", {"start": 5.0})):
-        inputs = {"bag_fingerprint": bag, **({"part": kept} if kept else {})}
-        (folder / "report.json").write_text(dumps({"inputs": inputs}))
     report = Report("racecar merge")
-    merge_runs([again, part, whole], Config(), RunContext(report))
+    merge_runs([again, part, whole], Config(), RunContext(report)).save(both)
     assert set(report.as_dict()["result"]["frames_of_sources"]) == {str(again), str(part)}
     assert "whole was left out: it is of the same recording as" in report.warnings[0]
-    (again / "report.json").write_text(dumps({"inputs": {"bag_fingerprint": "a", "continue": "runs/first"}}))
-    assert read_report(whole).inputs.is_within(read_report(again).inputs)
+    with pytest.raises(UserError, match=r"of the same recording as .*both"):
+        merge_runs([both, part], Config(), RunContext())
+
+
+def test_the_way_from_one_recording_to_the_next_does_not_count(folders: list[Path]) -> None:
+    whole, part, _ = folders
+    run = merge_runs([whole, part], Config(), RunContext())
+    driven = sum(load_session(folder).path[-1] for folder in (whole, part))
+    assert run.quality.statistics["path_m"] == pytest.approx(driven, abs=0.1)
+
+
+def test_any_map_may_be_the_first(folders: list[Path], tmp_path: Path) -> None:
+    """The longest fits none of the others, which fit each other."""
+    whole, part, _ = folders
+    far = tmp_path / "far"
+    far.mkdir()
+    save_session(session(OTHER_RING, path(0.0, 45.0), IDENTITY, IDENTITY), far / "session.npz")
+    report = Report("racecar merge")
+    merge_runs([far, part, whole], Config(), RunContext(report))
+    assert set(report.as_dict()["result"]["frames_of_sources"]) == {str(whole), str(part)}
 
 
 def test_a_part_of_a_recording_is_within_it() -> None:
