@@ -19,8 +19,8 @@ from racecar.pipelines.files.outputs import written_to
 from tests.pipelines.bag_samples import as_sqlite, file_of, write_bag
 
 READ = {
-    *("bag", "batch", "check", "config", "continue_", "edits", "map", "reference", "relations"),
-    *("run", "runs", "target", "trajectories"),
+    *("bag", "batch", "check", "config", "continue_", "edits", "map", "plan", "reference"),
+    *("relations", "run", "runs", "target", "trajectories"),
 }
 """The parameters of all commands that name a path to read."""
 REFUSED = (
