@@ -1,5 +1,6 @@
 """Manual constraints in edits.yaml, through render and merge."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mending.moments import keyframe_at
+from racecar.mapping.session.recordings import KeyframeTimes, Recording
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import between
 from racecar.maps.trajectory import Trajectory
@@ -94,7 +96,10 @@ def test_a_constraint_that_cannot_be_is_refused_by_its_number(run: Path, tmp_pat
 def test_a_merged_map_keeps_the_constraints_of_each(run: Path, tmp_path: Path) -> None:
     other = tmp_path / "other"
     other.mkdir()
-    save_session(two_laps(turn=0.0).moved(np.array([3.0, 4.0, 1.0])), other / "session.npz")
+    stamps = two_laps().times.stamps + 10**13  # recorded later
+    later = KeyframeTimes.of(Recording("later", int(stamps[0]), int(stamps[-1])), stamps)
+    drive = replace(two_laps(turn=0.0).moved(np.array([3.0, 4.0, 1.0])), times=later)
+    save_session(drive, other / "session.npz")
     (other / EDITS_FILE).write_text("- same_place: [9.0, 116.0]\n")
     merged = merge_runs([run, other], Config(), RunContext(Report("racecar merge")))
     merged.save(tmp_path / "out")
