@@ -47,6 +47,8 @@ class EditScreen(Screen):
         self._names: list[str] = []
         """Names of the edits in the list."""
         self._build_panel(leave)
+        low = grid.map_from_grid[:2]
+        page.view.show_whole(low, low + grid.metres)
         self._show_edits()
 
     @property
