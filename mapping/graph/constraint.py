@@ -12,6 +12,9 @@ from racecar.maps.geometry.se2 import Pose, between
 
 Kind = Literal["odometry", "scan_matching", "loop_closure", "manual"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
+SAME_PASS = 39
+"""Keyframes along the path within which two belong to one pass and are matched anyway. Chosen by judgement:
+slightly more than the farthest predecessor matched."""
 _ROWS, _COLUMNS = np.triu_indices(3)
 """Indices of the upper triangle of a symmetric matrix (3, 3), which determines it by definition."""
 _OF_UPPER = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
@@ -127,3 +130,8 @@ class ConstraintList:
         constraints._information.frombytes(information.tobytes())
         constraints._kinds.frombytes(arrays["kinds"].astype(np.int8).tobytes())
         return constraints
+
+
+def in_order(constraints: Iterable[Constraint]) -> list[Constraint]:
+    """The constraints sorted by their second keyframes, as a pose graph takes them."""
+    return sorted(constraints, key=lambda each: each.to_keyframe)

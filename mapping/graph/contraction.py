@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.graph.constraint import Constraint, ConstraintList, in_order
 from racecar.maps.geometry.se2 import Pose, adjoint, between, inverse
 
 _Link = TypeVar("_Link")
@@ -36,7 +36,7 @@ def contracted(constraints: ConstraintList, poses: Pose, remains: NDArray[np.boo
             information = map_from_second.T @ np.linalg.inv(link) @ map_from_second
             step = between(poses[first], poses[second])
             left.append(Constraint(number[first], number[second], step, information, "scan_matching"))
-    return ConstraintList(sorted(left, key=lambda each: each.to_keyframe))
+    return ConstraintList(in_order(left))
 
 
 def _links_of(constraints: ConstraintList, poses: Pose) -> _Links:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.coarse_graph import Groups, between_groups
-from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.graph.constraint import SAME_PASS, Constraint, ConstraintList
 from racecar.maps.geometry.se2 import Pose, are_apart, between, compose
 
 _Loss = gtsam.noiseModel.mEstimator
@@ -32,9 +32,6 @@ whose first wheel steps turned too far: with 1 a wall is drawn twice, with 5 as 
 _WHEEL_LOSS_WIDTH = 1.345
 """Width of the wheels' Huber loss where scans were matched too: 95 % efficient for Gaussian errors (Huber,
 1981)."""
-_ALONG_PATH = 39
-"""Keyframes up to which two belong to one pass, as in `racecar.mapping.keyframes.first_pass`, because matches
-along the path hold it together."""
 _TOLERANCE, _ROUGH_TOLERANCE = 1e-4, 1e-3
 """Relative decrease of the error at which Levenberg-Marquardt stops, at the end and during the drive, because
 then centimetres suffice; chosen by judgement."""
@@ -42,7 +39,7 @@ _MOST_SOLVED_SINGLY = 4000
 """Most recent keyframes that are solved individually during the drive; earlier ones move in groups. Measured
 on simulated kilometres (pytest -m slow, test_kilometres): with 1000 a loop came out 0.28 m off, with 4000 it
 stays below the bar of 0.25 m; solving all takes seconds."""
-_STRAINED = (0.15, 0.03)
+STRAINED = (0.15, 0.03)
 """Metres and radians by which a new loop closure must contradict the poses to trigger an optimization. Chosen
 by judgement: three cells of the map."""
 _REFUTED = (0.3, 0.06)
@@ -138,7 +135,7 @@ class PoseGraph:
         of_path = of_wheels if any(c.kind == "manual" for c in among) else of_matches
         for c in among:
             if c.kind == "scan_matching":
-                is_along_path = abs(c.to_keyframe - c.from_keyframe) <= _ALONG_PATH
+                is_along_path = abs(c.to_keyframe - c.from_keyframe) <= SAME_PASS
                 graph.add(_factor(c, of_path if is_along_path else of_matches, poses, first))
             elif c.kind == "manual":
                 graph.add(_factor(c, None, poses, first))
@@ -186,7 +183,7 @@ class PoseGraph:
 
 def are_strained(closures: Iterable[Constraint], poses: Pose) -> bool:
     """Whether any loop closure contradicts the poses (K, 3) enough to optimize again."""
-    return any(_is_contradicted(closure, poses, _STRAINED) for closure in closures)
+    return any(_is_contradicted(closure, poses, STRAINED) for closure in closures)
 
 
 def _matched_steps(constraints: Iterable[Constraint], end: int) -> NDArray[np.bool_]:

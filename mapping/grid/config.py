@@ -1,6 +1,6 @@
 """Settings of the occupancy grid."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import (
     AfterValidator,
@@ -120,11 +120,6 @@ class RenderingConfig(Settings):
         lt=1.0,
         description="Probability up to which a cell is written as free. map_server's default.",
     )
-
-    @property
-    def pixels(self) -> dict[str, Any]:
-        """The settings of the image, by their names in `racecar.maps.map_files.save_map`."""
-        return {name: getattr(self, name) for name in ("mode", "occupied_threshold", "free_threshold")}
 
     @field_validator("turn", "crop", "origin", "left_out", mode="wrap")
     @classmethod

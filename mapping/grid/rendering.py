@@ -163,3 +163,12 @@ def seen_box(bounds: NDArray[np.float64], margin: float) -> Box:
 def touched_by(rays: Rays, map_from_laser: Pose) -> NDArray[np.float64]:
     """(N + 1, 2) metres in the map: ends of rays from a pose (3,), then their start."""
     return np.concatenate([transform_points(map_from_laser, rays.ends), map_from_laser[None, :2]])
+
+
+def pixels_of(config: RenderingConfig) -> dict[str, Any]:
+    """The settings of the image, by their names in `racecar.maps.map_files.save_map`."""
+    return {
+        "mode": config.mode,
+        "occupied_threshold": config.occupied_threshold,
+        "free_threshold": config.free_threshold,
+    }

@@ -9,12 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from racecar.mapping.graph.constraint import ConstraintList
+from racecar.mapping.graph.constraint import SAME_PASS, ConstraintList
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 
-SAME_PASS = 39
-"""Keyframes along the path within which two belong to one pass and are matched anyway. Chosen by judgement:
-slightly more than the farthest predecessor matched."""
 NEAR = 2.0
 """Metres up to which keyframes of two passes are near. Chosen by judgement: the width of a corridor."""
 ALIKE_TURN = 1.0

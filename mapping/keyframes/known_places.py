@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.graph.constraint import SAME_PASS, Constraint
 from racecar.mapping.keyframes.constraints import constrain
-from racecar.mapping.keyframes.first_pass import SAME_PASS, near_and_alike
+from racecar.mapping.keyframes.first_pass import near_and_alike
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap_matching import nearest_pairs
 from racecar.maps.geometry.se2 import IDENTITY, Pose

@@ -16,7 +16,7 @@ from racecar.maps.geometry.se2 import Pose
 
 SPACING = 2.0
 """Metres of path between submaps, so that every place is near the centre of one; chosen by judgement."""
-_HALF_LENGTH = 3.0
+HALF_LENGTH = 3.0
 """Metres of path to each side of a submap's centre, chosen by judgement, because drift is negligible."""
 _CLOSURE_VARIANCES = (0.03**2, 0.005**2)
 """Variances in square metres and radians after a loop closure. Chosen by judgement: half a cell of the map
@@ -46,14 +46,14 @@ class SubmapGraph:
         self.path.append((self.path[-1] + distance) if self.path else 0.0)
         last = len(self.path) - 1
         next_middle = (  # the first submap begins at its centre, so that the start is recognized too
-            max(self.path[self.submaps[-1].middle] + SPACING, _HALF_LENGTH) if self.submaps else 0.0
+            max(self.path[self.submaps[-1].middle] + SPACING, HALF_LENGTH) if self.submaps else 0.0
         )
-        if self.path[last] < next_middle + _HALF_LENGTH:
+        if self.path[last] < next_middle + HALF_LENGTH:
             return None
         offset = max(0, last - _SEARCHED)
         path = np.array(self.path[offset:])
         middle = int(np.searchsorted(path, next_middle)) + offset
-        first = int(np.searchsorted(path, self.path[middle] - _HALF_LENGTH)) + offset
+        first = int(np.searchsorted(path, self.path[middle] - HALF_LENGTH)) + offset
         submap = Submap(len(self.submaps), first, middle, last)
         if self.submaps:
             self.edges.extend((submap.index - 1, submap.index, 0))

@@ -12,6 +12,7 @@ from racecar.mapping.mending.manual_constraints import Distrust, Moment, NotSame
 from racecar.mapping.mending.moments import keyframe_at, keyframes_between
 from racecar.mapping.mending.refused import RefusedConstraintError
 from racecar.mapping.session.session import Session
+from racecar.maps.geometry.polyline import lengths_along
 from racecar.maps.geometry.se2 import Pose, between
 
 _ONE_STRETCH = 6.0
@@ -28,7 +29,7 @@ def mistaken_ties(
     """(C,) constraints between the passes near both moments, and those adjacent to them along both. Raises
     RefusedConstraintError when there are none."""
     named = [keyframe_at(moment, session) for moment in (constraint.first, constraint.second)]
-    path = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
+    path = lengths_along(poses[:, :2])
     ties = np.flatnonzero(are_between_passes(constraints, session.times.numbers))
     at = np.concatenate([np.sort(path[constraints.ends[ties]], axis=1), np.sort(path[named])[None]])
     pairs = cKDTree(at).query_pairs(_ONE_STRETCH, p=np.inf, output_type="ndarray")

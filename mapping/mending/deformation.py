@@ -4,9 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from racecar.mapping.session.session import Session
-from racecar.maps.geometry.se2 import Pose, between, compose, inverse, transform_points, wrap_angle
+from racecar.maps.geometry.se2 import Pose, between, compose, wrap_angle
 from racecar.maps.trajectory import Trajectory
 
 
@@ -19,14 +20,8 @@ class Deformation:
 
     def places(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Where places (N, 2) in the map are then: each moves with the nearest keyframe."""
-        old, new = self.before.map_from_keyframe, self.after.map_from_keyframe
-        nearest = [int(np.argmin(np.hypot(*(old[:, :2] - point).T))) for point in points]
-        return np.array(
-            [
-                transform_points(new[k], transform_points(inverse(old[k]), point[None]))[0]
-                for k, point in zip(nearest, points, strict=True)
-            ]
-        ).reshape(-1, 2)
+        nearest = np.asarray(cKDTree(self.before.map_from_keyframe[:, :2]).query(points)[1], dtype=np.int64)
+        return self._moved_with(nearest, np.column_stack([points, np.zeros(len(points))]))[:, :2]
 
     def trajectory(self, trajectory: Trajectory) -> Trajectory:
         """That of the last recording: each pose moves with the keyframes before and after it, as their times

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from racecar.mapping.graph.constraint import ConstraintList
+from racecar.mapping.graph.graph_edges import GraphEdges
+from racecar.mapping.graph.pose_graph import STRAINED
 from racecar.mapping.session.session import Session
-from racecar.maps.geometry.se2 import Pose, between
+from racecar.maps.geometry.se2 import Pose
 
 SHIFT = 0.05
 """Metres from which a keyframe was moved: a cell of the map, by definition of what is seen."""
-_CONTRADICTED = (0.15, 0.03)
-"""Metres and radians by which a match or loop closure is contradicted. Chosen by judgement: three cells of
-the map."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +53,7 @@ def effect_of(
     """The difference between keyframes at ``before`` and ``after`` (K, 3), with constraints ``known`` before
     and ``left`` then."""
     shifts = np.hypot(*(after - before)[:, :2].T)
-    steps = np.append(np.hypot(*np.diff(before[:, :2], axis=0).T), 0.0)
-    steps[:-1][np.diff(session.times.numbers) != 0] = 0.0
+    steps = np.append(session.times.driven(before), 0.0)
     contradicted_before = _are_contradicted(known, before)
     contradicted_after = _are_contradicted(known, after)
     remain = set(map(tuple, left.ends.tolist()))
@@ -71,12 +69,9 @@ def effect_of(
 
 def _are_contradicted(constraints: ConstraintList, poses: Pose) -> np.ndarray:
     """(C,) bool, of scan matches and loop closures."""
-    arrays = constraints.to_arrays()
-    first, second = arrays["keyframes"].T
-    missed = between(arrays["poses"], between(poses[first], poses[second]))
-    metres, radians = _CONTRADICTED
-    are_off = (np.hypot(missed[:, 0], missed[:, 1]) > metres) | (np.abs(missed[:, 2]) > radians)
-    return np.asarray(are_off & ~constraints.are("odometry"))
+    edges, (metres, radians) = GraphEdges.of(constraints, poses), STRAINED
+    are_off = (np.hypot(*edges.errors[:, :2].T) > metres) | (np.abs(edges.errors[:, 2]) > radians)
+    return np.asarray(are_off & ~edges.are("odometry"))
 
 
 def _counted(count: int, what: str) -> str:

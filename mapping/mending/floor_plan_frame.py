@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.mending.manual_constraints import Here
+from racecar.maps.geometry.alignment import rigid_alignment
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse
 
 _SIGMA = 0.03
@@ -58,17 +58,7 @@ def ties_of_marks(marks: Sequence[Mark], poses: Pose) -> list[Constraint]:
 def plan_in_map(marks: Sequence[Mark], map_from_base: Pose) -> Pose:
     """(3,) the plan's frame in the map, as the marks lie now: their least-squares alignment (Umeyama, 1991),
     or the one heading that is known."""
-    placed = np.array([here.place for _, here in marks])
-    driven = map_from_base[[keyframe for keyframe, _ in marks]]
-    if len(marks) > 1:
-        turn = _turn_between(placed, driven[:, :2])
-    else:
-        yaw = marks[0][1].yaw
-        turn = 0.0 if yaw is None else float(driven[0, 2] - yaw)
-    turned = compose(np.array([0.0, 0.0, turn]), np.column_stack([placed, np.zeros(len(placed))]))
-    return np.append((driven[:, :2] - turned[:, :2]).mean(axis=0), turn)
-
-
-def _turn_between(placed: NDArray[np.float64], driven: NDArray[np.float64]) -> float:
-    a, b = placed - placed.mean(axis=0), driven - driven.mean(axis=0)
-    return math.atan2(float(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])), float(np.sum(a * b)))
+    keyframe, first = marks[0]
+    turn = 0.0 if first.yaw is None else float(map_from_base[keyframe, 2] - first.yaw)
+    driven = map_from_base[[keyframe for keyframe, _ in marks], :2]
+    return rigid_alignment(np.array([here.place for _, here in marks]), driven, turn)

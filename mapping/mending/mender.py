@@ -1,14 +1,13 @@
 """Correct a map by hand: one manual constraint at a time, each solved with the whole graph. The method is on
 this page."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping import schedule
-from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.graph.constraint import Constraint, ConstraintList, in_order
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.keyframes.constraints import LOOKBACK
 from racecar.mapping.keyframes.final_optimization import mean_bend
@@ -105,7 +104,7 @@ class Mender:
             measured,
             map_from_keyframe=state.poses,
             constraints=ConstraintList(
-                _in_order([*self._of_keyframes(state), *ties_of_marks(state.marks, state.poses)])
+                in_order([*self._of_keyframes(state), *ties_of_marks(state.marks, state.poses)])
             ),
             measured=Measured(measured.map_from_keyframe, measured.constraints, ""),
         )
@@ -127,7 +126,7 @@ class Mender:
             return replace(state, measured=left, history=history, apart=np.vstack([state.apart, pair]))
         if isinstance(constraint, Distrust):
             trusted = ConstraintList(
-                _in_order(without_distrusted(constraint, state.measured, measured, poses))
+                in_order(without_distrusted(constraint, state.measured, measured, poses))
             )
             if constraint.source == "wheels":
                 return replace(state, measured=trusted)
@@ -152,7 +151,7 @@ class Mender:
         rounds = _ROUNDS if state.walls or state.marks else 1
         for nth in range(rounds):
             manual = self._manual(replace(state, poses=poses, plan_in_map=plan))
-            graph = PoseGraph(_in_order([*state.measured, *state.loops, *state.matches, *manual]))
+            graph = PoseGraph(in_order([*state.measured, *state.loops, *state.matches, *manual]))
             nodes = poses if plan is None else np.concatenate([poses, plan[None]])
             nodes = graph.optimize_finally(nodes, are_near=are_near or nth > 0)
             poses, plan = nodes[: len(poses)], None if plan is None else nodes[-1]
@@ -175,7 +174,7 @@ class Mender:
         """The state with loops closed that come within reach only now, from the last tie outwards."""
         history = state.history.frozen()
         manual = self._manual(replace(state, plan_in_map=None))
-        graph = PoseGraph(_in_order([*state.measured, *state.loops, *manual]))
+        graph = PoseGraph(in_order([*state.measured, *state.loops, *manual]))
         start = state.ties[-1].to_keyframe if state.ties else 0
         found, poses = close_loops(self._measured.keyframes, history, graph, state.poses, state.apart, start)
         closed = replace(state, poses=poses, loops=(*state.loops, *found), history=history)
@@ -193,7 +192,3 @@ class Mender:
             if mean_bend(poses, state.poses, max(LOOKBACK)) < schedule.SETTLED_BEND:
                 break
         return state
-
-
-def _in_order(constraints: Iterable[Constraint]) -> list[Constraint]:
-    return sorted(constraints, key=lambda each: each.to_keyframe)

@@ -4,16 +4,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.loops.submap import Submap
+from racecar.mapping.loops.submap_graph import HALF_LENGTH
 from racecar.mapping.mending.manual_constraints import Moment
 from racecar.mapping.mending.refused import RefusedConstraintError
 from racecar.mapping.session.session import Session
+from racecar.maps.geometry.polyline import lengths_along
 from racecar.maps.geometry.se2 import Pose
 
 _BEYOND = 1.0
 """Seconds that a moment may lie outside of its recording, because people round."""
-_HALF_LENGTH = 3.0
-"""Metres of path to each side of a keyframe that are matched with it. Chosen by judgement: as in the submaps
-of loop closure, drift is negligible over it."""
 
 
 def keyframe_at(moment: Moment, session: Session) -> int:
@@ -48,10 +47,8 @@ def keyframes_between(begin: Moment, end: Moment, session: Session) -> NDArray[n
 
 def submap_about(keyframe: int, session: Session, poses: Pose) -> Submap:
     """The keyframes of its recording within some metres of path of a keyframe, at ``poses`` (K, 3)."""
-    steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
-    path = np.concatenate([[0.0], np.cumsum(steps)])
-    numbers = session.times.numbers
-    near = (np.abs(path - path[keyframe]) < _HALF_LENGTH) & (numbers == numbers[keyframe])
+    path, numbers = lengths_along(poses[:, :2]), session.times.numbers
+    near = (np.abs(path - path[keyframe]) < HALF_LENGTH) & (numbers == numbers[keyframe])
     near &= session.keyframes.is_kept
     first, last = keyframe, keyframe
     while first > 0 and near[first - 1]:

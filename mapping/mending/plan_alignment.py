@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from racecar.mapping.mending.floor_plan import FloorPlan
 from racecar.mapping.mending.refused import RefusedConstraintError
 from racecar.mapping.session.session import Session
+from racecar.maps.geometry.alignment import rigid_alignment
 from racecar.maps.geometry.se2 import Pose, compose, transform_points
 
 _CELL = 0.05
@@ -115,18 +116,16 @@ def aligned_by_points(
         raise RefusedConstraintError(
             f"{plan.name} needs two points or more that differ, in the plan and in the map."
         )
-    cos, sin = float(np.sum(a * b)), float(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
-    scale = float(np.sum(a**2)) / max(math.hypot(cos, sin), 1e-12)
-    turn = math.atan2(sin, cos)
-    turned = transform_points([0.0, 0.0, turn], in_map)
-    shift = scale * in_plan.mean(axis=0) - turned.mean(axis=0)
-    off = np.hypot(*(turned + shift - scale * in_plan).T)
+    turned = transform_points(np.array([0.0, 0.0, rigid_alignment(in_map, in_plan)[2]]), a)
+    scale = float(np.sum(a**2)) / max(float(np.sum(turned * b)), 1e-12)
+    plan_from_map = rigid_alignment(in_map, scale * in_plan)
+    off = np.hypot(*(transform_points(plan_from_map, in_map) - scale * in_plan).T)
     if off.max() > _MISMATCHED:
         raise RefusedConstraintError(
             f"The points contradict each other: with all of them as well as can be, point "
             f"{int(off.argmax()) + 1} of {plan.name} lies {off.max():.1f} m beside its place in the map."
         )
-    return PlanAlignment(np.append(shift, turn), scale, 0.0, 0.0)
+    return PlanAlignment(plan_from_map, scale, 0.0, 0.0)
 
 
 def refined_on_walls(

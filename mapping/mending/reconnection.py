@@ -12,6 +12,7 @@ from racecar.mapping.keyframes.constraints import constrain
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.loop_history import LoopHistory
+from racecar.maps.geometry.polyline import lengths_along
 from racecar.maps.geometry.se2 import Pose
 from racecar.sensors.matching.scan_store import ScanStore
 
@@ -52,7 +53,7 @@ def match_passes(
 
 def _are_apart(pairs: NDArray[np.integer], apart: Pairs, poses: Pose) -> NDArray[np.bool_]:
     """(P,) whether keyframe pairs (P, 2) lie about pairs (N, 2) that are kept apart."""
-    path = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
+    path = lengths_along(poses[:, :2])
     at, ends = np.sort(path[pairs], axis=1), np.sort(path[apart], axis=1)
-    are: NDArray[np.bool_] = (np.abs(at[:, None] - ends[None]) < _APART_REACH).all(axis=2).any(axis=1)
-    return are
+    are_near = np.abs(at[:, None] - ends[None]) < _APART_REACH
+    return np.asarray(np.any(np.all(are_near, axis=2), axis=1))

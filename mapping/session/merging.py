@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.graph.constraint import ConstraintList, in_order
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.keyframes.constraints import constrain
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
@@ -89,7 +89,7 @@ def _close_loops(merged: Session, first: int, least_agreement: float) -> Session
     known = sum(submap.first < first for submap in merged.loops.submaps)
     found = list(_matched_where_placed(loops, known, merged.map_from_keyframe))
     loops.history.hypotheses.extend(found)
-    graph = _graph([*merged.constraints, *loops.history.accept(found)])
+    graph = PoseGraph(in_order([*merged.constraints, *loops.history.accept(found)]))
     groups = loops.history.graph.groups()
     poses = graph.optimize_by_groups(merged.map_from_keyframe, groups)
     for query in range(known, len(loops.history.submaps)):
@@ -97,7 +97,7 @@ def _close_loops(merged: Session, first: int, least_agreement: float) -> Session
     passes = pairs_with_first_pass(poses, loops.store.is_kept)
     between_drives = passes[(passes < first).sum(axis=1) == 1]
     matches = constrain(between_drives, poses, loops.store)
-    graph = _graph([*graph.constraints, *matches])
+    graph = PoseGraph(in_order([*graph.constraints, *matches]))
     poses = graph.optimize_finally(poses)
     return replace(merged, map_from_keyframe=poses, constraints=graph.constraints)
 
@@ -115,7 +115,3 @@ def _matched_where_placed(loops: LoopCloser, known: int, poses: Pose) -> Iterato
             fixed, reach = earlier[nearest], WITHOUT_DRIFT.reach
             found = loops.match(fixed, moving, poses, guess, reach)
             yield from () if found is None else (found,)
-
-
-def _graph(constraints: list[Constraint]) -> PoseGraph:
-    return PoseGraph(sorted(constraints, key=lambda c: c.to_keyframe))

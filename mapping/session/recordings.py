@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.maps.geometry.se2 import Pose
 from racecar.sensors.arrays import Arrays
 
 
@@ -54,6 +55,12 @@ class KeyframeTimes:
         """(K,) whether a keyframe is of the recording that was added last."""
         are: NDArray[np.bool_] = self.numbers == len(self.recordings) - 1
         return are
+
+    def driven(self, poses: Pose) -> NDArray[np.float64]:
+        """(K - 1,) metres of each step of the keyframes at ``poses`` (K, 3); 0 from one recording to
+        another."""
+        steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
+        return np.where(np.diff(self.numbers) == 0, steps, 0.0)
 
     def only(self, chosen: NDArray[np.bool_]) -> "KeyframeTimes":
         """Those of the selected keyframes (K,)."""

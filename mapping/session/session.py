@@ -59,7 +59,7 @@ from racecar.maps.trajectory import Trajectory
 from racecar.sensors.arrays import Arrays, named, pack, part_of, unpack
 from racecar.sensors.matching.scan_store import ScanStore
 
-_SAME_PLACE = 1e-6
+SAME_PLACE = 1e-6
 """Metres, because a trajectory's file resolves a nanometre."""
 _SAME_RETURN = 0.02
 """Metres between the ends of a ray in two maps of one recording, since each map learned its own deskewing."""
@@ -136,14 +136,12 @@ class Session:
             return False
         are_same = trajectory.stamps[scans] == self.times.stamps[own]
         apart = trajectory.map_from_base[scans, :2] - self.map_from_base[own, :2]
-        return bool(are_same.all() and np.abs(apart).max() < _SAME_PLACE)
+        return bool(are_same.all() and np.abs(apart).max() < SAME_PLACE)
 
     @property
     def path(self) -> NDArray[np.float64]:
         """(K,) metres driven up to each keyframe; nothing is driven from one recording to another."""
-        steps = np.hypot(*np.diff(self.map_from_keyframe[:, :2], axis=0).T)
-        steps[np.diff(self.times.numbers) != 0] = 0.0
-        return np.concatenate([[0.0], np.cumsum(steps)])
+        return np.concatenate([[0.0], np.cumsum(self.times.driven(self.map_from_keyframe))])
 
     @property
     def points(self) -> NDArray[np.float32]:

@@ -41,6 +41,16 @@ def _whole(low: float, high: float, *shape: str | int) -> _Numbers:
 
 _INT32, _INT64 = float(np.iinfo(np.int32).max), float(np.iinfo(np.int64).max)
 
+
+def _constraints(part: str, count: str) -> dict[str, _Numbers]:
+    return {
+        f"{part}.keyframes": _whole(0, _INT32, count, 2),
+        f"{part}.poses": _places(count, 3),
+        f"{part}.information": _information(count),
+        f"{part}.kinds": _whole(0, len(KINDS) - 1, count),
+    }
+
+
 _SESSION: dict[str, _Numbers] = {
     "keyframe_from_base": _places("K", 3),
     "map_from_keyframe": _places("K", 3),
@@ -55,10 +65,7 @@ _SESSION: dict[str, _Numbers] = {
     "rays.lengths": _whole(0, _INT32, "K"),
     "rays.returns": _whole(0, _INT32, "K"),
     "rays.ends": _Numbers(ArrayLayout("f", ("ends", 2)), -LONGEST_RAY, LONGEST_RAY),
-    "constraints.keyframes": _whole(0, _INT32, "C", 2),
-    "constraints.poses": _places("C", 3),
-    "constraints.information": _information("C"),
-    "constraints.kinds": _whole(0, len(KINDS) - 1, "C"),
+    **_constraints("constraints", "C"),
     "loops.submaps": _whole(0, _INT32, "S", 3),
     "loops.path": _places("K"),
     "loops.edges": _whole(0, _INT32, "E", 3),
@@ -75,10 +82,7 @@ _SESSION: dict[str, _Numbers] = {
 
 _MEASURED: dict[str, _Numbers] = {
     "measured.map_from_keyframe": _places("K", 3),
-    "measured.constraints.keyframes": _whole(0, _INT32, "M", 2),
-    "measured.constraints.poses": _places("M", 3),
-    "measured.constraints.information": _information("M"),
-    "measured.constraints.kinds": _whole(0, len(KINDS) - 1, "M"),
+    **_constraints("measured.constraints", "M"),
     "measured.mended_by": _Numbers(ArrayLayout("U", (1,)), 0, 0),
 }
 """Those of a session that was corrected by hand, by definition."""

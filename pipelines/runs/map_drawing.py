@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from racecar.mapping.grid.rendering import pixels_of
+from racecar.maps.geometry.polyline import lengths_along
 from racecar.maps.grid.thinning import thinned
 from racecar.maps.map_files import as_written
 from racecar.pipelines.files.pictures.figure_files import NewFigure, figure_for_file
@@ -23,9 +23,9 @@ def picture_of(run: "MapRun", new_figure: NewFigure = figure_for_file) -> "Figur
     keyframes = result.map_from_keyframe[:, :2]
     width, height = result.tiled.metres
     facts = (f"cells of {100 * result.tiled.resolution:g} cm", f"{width:.0f} × {height:.0f} m")
-    path_metres = sum(float(np.hypot(*np.diff(drive, axis=0).T).sum()) for drive in drives)
+    path_metres = sum(float(lengths_along(drive)[-1]) for drive in drives)
     return map_picture(
-        thinned(as_written(result.tiled, **result.rendering.pixels), MOST_DRAWN_CELLS),
+        thinned(as_written(result.tiled, **pixels_of(result.rendering)), MOST_DRAWN_CELLS),
         drives,
         heading(run.title, run.quality, path_metres, result.session.times.recordings, facts),
         loops=[

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.mapping.grid.rendering import pixels_of
 from racecar.maps.map_files import load_map, save_map, save_map_image
 from racecar.maps.whole_folders import remove_with
 from racecar.pipelines.files.edits_file import save_edits
@@ -52,7 +53,7 @@ class MapOutputKind:
 
 
 def _write_map(run: "MapRun", folder: Path) -> None:
-    save_map(run.result.tiled, folder / "map.yaml", **run.result.rendering.pixels)
+    save_map(run.result.tiled, folder / "map.yaml", **pixels_of(run.result.rendering))
 
 
 def _write_edits(run: "MapRun", folder: Path) -> None:
@@ -62,7 +63,7 @@ def _write_edits(run: "MapRun", folder: Path) -> None:
 
 
 def _write_image(run: "MapRun", folder: Path) -> None:
-    save_map_image(run.result.tiled, folder / "map_image.png", **run.result.rendering.pixels)
+    save_map_image(run.result.tiled, folder / "map_image.png", **pixels_of(run.result.rendering))
 
 
 def _write_trajectory(run: "MapRun", folder: Path) -> None:

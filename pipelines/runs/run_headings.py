@@ -3,19 +3,12 @@
 from collections.abc import Sequence
 from datetime import datetime, timezone
 
-from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
-from racecar.mapping.quality.map_quality import MapQuality, Verdict
+from racecar.localization.verdict.drive_quality import DriveQuality
+from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.recordings import Recording
-from racecar.pipelines.files.pictures.heading import Badge, Heading, Tone
+from racecar.pipelines.files.pictures.heading import Badge, Heading
+from racecar.pipelines.files.tone import TONE_OF_VERDICT
 
-_TONES: dict[Verdict | DriveVerdict, Tone] = {
-    Verdict.GOOD: Tone.GOOD,
-    Verdict.DOUBTFUL: Tone.DOUBTFUL,
-    Verdict.WRONG: Tone.BAD,
-    DriveVerdict.LOCALIZED: Tone.GOOD,
-    DriveVerdict.UNCERTAIN: Tone.DOUBTFUL,
-    DriveVerdict.LOST: Tone.BAD,
-}
 _CLOCKS_BEGAN = datetime(2000, 1, 1, tzinfo=timezone.utc)
 """Earlier dates are those of clocks that nobody set."""
 _LONG = 120.0
@@ -30,7 +23,7 @@ def heading(
     facts: Sequence[str] = (),
 ) -> Heading:
     """The heading of a map or drive: ``facts``, then how far the car drove in the recordings, and when."""
-    badge = Badge(quality.verdict.value, _TONES[quality.verdict])
+    badge = Badge(quality.verdict.value, TONE_OF_VERDICT[quality.verdict.value])
     seconds = sum(each.end - each.begin for each in recordings) * 1e-9
     time = f"{seconds:.0f} s" if seconds < _LONG else f"{seconds / 60:.0f} min"
     driven = f"{path_metres:.0f} m driven in {time}"

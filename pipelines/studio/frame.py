@@ -8,7 +8,8 @@ from html import escape
 
 from viser import GuiApi
 
-from racecar.pipelines.runs.view.headline import Headline, Tone
+from racecar.pipelines.files.tone import Tone
+from racecar.pipelines.runs.view.headline import Headline
 from racecar.pipelines.studio.layers import Entry
 from racecar.pipelines.studio.palette import BY_DOUBT, DARK, LIGHT, SCAN, STRIP, TRUTH, Color, as_css
 

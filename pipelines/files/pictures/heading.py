@@ -1,7 +1,6 @@
 """What a picture says above or beside its map: of what it is, the verdict, and the facts."""
 
 from dataclasses import dataclass
-from enum import Enum
 from textwrap import wrap
 from typing import Any, NamedTuple
 
@@ -9,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
 from racecar.pipelines.files.pictures.colors import QUIET_COLOR
+from racecar.pipelines.files.tone import Tone
 
 _LETTER = 0.56
 """Mean width of a letter by the size of its font, for breaking lines; that of capitals is higher. Measured on
@@ -23,12 +23,8 @@ _PADDING = 0.1
 _SEPARATOR, _UNBROKEN = "  ·  ", "\N{NO-BREAK SPACE}"
 
 
-class Tone(Enum):
-    """How good the news is, as a colour dark enough for letters on white, and for white letters on it."""
-
-    GOOD = "#00704f"
-    DOUBTFUL = "#8a5a00"
-    BAD = "#a8321a"
+_COLORS = {Tone.GOOD: "#00704f", Tone.DOUBTFUL: "#8a5a00", Tone.BAD: "#a8321a"}
+"""Dark enough for letters on white, and for white letters on them."""
 
 
 class Badge(NamedTuple):
@@ -67,7 +63,7 @@ class Heading:
         facts = _SEPARATOR.join(fact.replace(" ", _UNBROKEN) for fact in self.facts)
         color = "black"
         if self.badge is not None:
-            word, color = self.badge.word, self.badge.tone.value
+            word, color = self.badge.word, _COLORS[self.badge.tone]
             does_fit = len(_broken(f"{word}  {facts}", width, _SIZE)) == 1
             beside, facts = (facts, "") if does_fit else ("", facts)
             lines.append(_Line(beside, is_badge=True))
@@ -89,7 +85,7 @@ class _Line(NamedTuple):
 
 def _draw_badge(figure: Figure, badge: Badge, left: float, top: float, text: str, style: Any) -> None:
     """With a text to its right."""
-    box = {"boxstyle": "round,pad=0.25", "facecolor": badge.tone.value, "linewidth": 0}
+    box = {"boxstyle": "round,pad=0.25", "facecolor": _COLORS[badge.tone], "linewidth": 0}
     pill = figure.text(left + 0.06, top - 0.02, badge.word, **style, color="white", weight="bold", bbox=box)
     beside: dict[str, Any] = {"xycoords": pill, "xytext": (11, 0), "textcoords": "offset points"}
     figure.add_artist(Annotation(text, (1.0, 0.5), va="center", color=QUIET_COLOR, size=_SIZE, **beside))

@@ -4,10 +4,11 @@ import math
 from collections.abc import Sequence
 
 from racecar.localization.verdict.drive_quality import DriveQuality
-from racecar.mapping.quality.map_quality import MapQuality, Verdict
+from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.state.growth import Growth
 from racecar.pipelines.files.literal_markdown import literal
-from racecar.pipelines.runs.view.headline import BLIND_AFTER, Headline, Tone, last_scan
+from racecar.pipelines.files.tone import TONE_OF_VERDICT, Tone
+from racecar.pipelines.runs.view.headline import BLIND_AFTER, Headline, last_scan
 
 
 def localizer_words(drive: DriveQuality | None, wrong: Sequence[str]) -> str:
@@ -24,9 +25,9 @@ def mapper_headline(quality: MapQuality | None, silence: float) -> Headline:
         return Headline(f"Blind for {silence:.0f} s", Tone.BAD, "No scan arrives, and the map does not grow.")
     if quality is None:
         return Headline("Mapping", Tone.NEUTRAL, last_scan(silence))
-    tone = {Verdict.GOOD: Tone.GOOD, Verdict.DOUBTFUL: Tone.DOUBTFUL, Verdict.WRONG: Tone.BAD}
-    words = f"The map so far is {quality.verdict.value}"
-    return Headline(words, tone[quality.verdict], last_scan(silence), quality.reasons)
+    word = quality.verdict.value
+    head = f"The map so far is {word}"
+    return Headline(head, TONE_OF_VERDICT[word], last_scan(silence), quality.reasons)
 
 
 def mapper_words(growth: Growth | None, quality: MapQuality | None, wrong: Sequence[str]) -> str:

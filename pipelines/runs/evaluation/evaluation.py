@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import Pose, compose, mean_angle, wrap_angle
+from racecar.maps.geometry.alignment import rigid_alignment
+from racecar.maps.geometry.se2 import Pose, compose, mean_angle
 from racecar.maps.trajectory import Trajectory
 
 _LONGEST_BRIDGE = 100_000_000
@@ -94,20 +95,10 @@ def compare(
 
 
 def align(map_from_base: Pose, reference_from_base: Pose) -> Pose:
-    """``reference_from_map`` (3,): the planar rigid motion that best aligns positions (N, 3) with others.
-
-    Kabsch's closed form in two dimensions; unlike evo's in three, it is also defined for a straight drive. If
-    the car did not move, the rotation is computed from the headings.
-    """
-    source, target = map_from_base[:, :2], reference_from_base[:, :2]
-    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
-    a, b = source - source_mean, target - target_mean
-    dot, cross = float(np.sum(a * b)), float(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
-    moved = np.hypot(dot, cross) > 1e-9 * len(source)
-    turns = reference_from_base[:, 2] - map_from_base[:, 2]
-    yaw = float(np.arctan2(cross, dot)) if moved else mean_angle(turns)
-    rotated = compose(np.array([0.0, 0.0, yaw]), np.array([*source_mean, 0.0]))
-    return np.array([*(target_mean - rotated[:2]), float(wrap_angle(yaw))])
+    """``reference_from_map`` (3,): the planar rigid motion that best aligns positions (N, 3) with others. If
+    the car did not move, the rotation is computed from the headings."""
+    turn = mean_angle(reference_from_base[:, 2] - map_from_base[:, 2])
+    return rigid_alignment(map_from_base[:, :2], reference_from_base[:, :2], turn)
 
 
 def _reference_at(stamps: NDArray[np.int64], reference: Trajectory) -> tuple[NDArray[np.int64], Pose]:

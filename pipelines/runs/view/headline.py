@@ -1,27 +1,14 @@
 """The one line over a map: a verdict, or whether a car's place is known."""
 
 import math
-from enum import Enum
 from typing import NamedTuple
 
 from racecar.localization.pose_estimate import DOMINANT, PoseEstimate
+from racecar.pipelines.files.tone import Tone
 
 BLIND_AFTER = 1.0
 """Seconds without a scan after which the last pose is no longer shown as known: the slowest lasers scan
 five times a second, and a car drives a metre or more meanwhile."""
-
-
-class Tone(Enum):
-    """How good something is, which becomes a colour."""
-
-    GOOD = "good"
-    DOUBTFUL = "doubtful"
-    BAD = "bad"
-    NEUTRAL = "neutral"
-
-
-TONE_OF_VERDICT = {"good": Tone.GOOD, "doubtful": Tone.DOUBTFUL, "wrong": Tone.BAD}
-"""Tones of the verdicts on a map."""
 
 
 class Headline(NamedTuple):

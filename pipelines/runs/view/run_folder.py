@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import KINDS
+from racecar.mapping.session.session import SAME_PLACE
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import between, compose, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
@@ -22,8 +23,6 @@ from racecar.pipelines.runs.view.recorder import RECORD_FOLDER
 from racecar.pipelines.runs.view.scene import Doubt, Scene, Sight
 from racecar.sensors.arrays import Arrays
 
-_SAME_PLACE = 1e-6
-"""Metres; a trajectory's file resolves a nanometre."""
 _SCAN_MATCHING, _LOOP_CLOSURE = KINDS.index("scan_matching"), KINDS.index("loop_closure")
 
 
@@ -78,7 +77,7 @@ def expected_words(near: float | None, whole: float | None) -> str:
 
 def _are_same(driven: Trajectory, recorded: Trajectory) -> bool:
     return np.array_equal(driven.stamps, recorded.stamps) and np.allclose(
-        driven.map_from_base[:, :2], recorded.map_from_base[:, :2], atol=_SAME_PLACE
+        driven.map_from_base[:, :2], recorded.map_from_base[:, :2], atol=SAME_PLACE
     )
 
 

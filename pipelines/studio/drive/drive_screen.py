@@ -12,11 +12,12 @@ from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.files.tone import Tone
 from racecar.pipelines.files.typed_path import typed_path
 from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 from racecar.pipelines.runs.map_outputs import MAP_NAMES
 from racecar.pipelines.runs.output_places import OutputFolder, free_folder
-from racecar.pipelines.runs.view.headline import Headline, Tone, place_headline
+from racecar.pipelines.runs.view.headline import Headline, place_headline
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.studio.curves import add_curve
 from racecar.pipelines.studio.drive.controls import (

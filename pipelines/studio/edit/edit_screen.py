@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.config import MappingConfig
+from racecar.mapping.grid.rendering import pixels_of
 from racecar.maps.errors import UserError
 from racecar.maps.grid.edits import EDIT_KINDS, Edit, edited, keepout_mask, speed_mask
 from racecar.maps.grid.tiled_grid import TiledGrid
@@ -179,12 +180,7 @@ class EditScreen(Screen):
 
     def _written(self) -> TiledGrid:
         """The cells as they will be written."""
-        return as_written(
-            edited(self._grid, self._draft.edits.edits),
-            mode=self._rendering.mode,
-            occupied_threshold=self._rendering.occupied_threshold,
-            free_threshold=self._rendering.free_threshold,
-        )
+        return as_written(edited(self._grid, self._draft.edits.edits), **pixels_of(self._rendering))
 
     def _tints(self) -> list[tuple[TiledGrid, Color]]:
         """Speed and keep-out zones."""

@@ -6,10 +6,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.localization.verdict.drive_quality import DriveVerdict
 from racecar.maps.errors import UserError
 from racecar.pipelines.files.literal_markdown import literal
+from racecar.pipelines.files.tone import TONE_OF_VERDICT, Tone
 from racecar.pipelines.files.typed_path import typed_path
-from racecar.pipelines.runs.view.headline import TONE_OF_VERDICT, Headline, Tone
+from racecar.pipelines.runs.view.headline import Headline
 from racecar.pipelines.runs.view.measures import measures_of
 from racecar.pipelines.runs.view.run_folder import load_run
 from racecar.pipelines.runs.view.scene import Doubt, Scene
@@ -22,9 +24,7 @@ _NEAR = 12.0
 """Metres visible from bottom to top when looking at a doubtful segment."""
 _MOST_NAMED = 12
 """Maximum doubtful segments with their own button, to keep the panel readable."""
-_OF_DRIVES = {"localized": Tone.GOOD, "uncertain": Tone.DOUBTFUL, "lost": Tone.BAD}
-_TONES = {**TONE_OF_VERDICT, **_OF_DRIVES}
-"""Colours of the verdicts on a map, and on a drive."""
+_OF_DRIVES = {verdict.value for verdict in DriveVerdict}
 _GAP = 0.08
 """Gap between two runs, as a share of the width of the first."""
 
@@ -85,7 +85,7 @@ class LookScreen(Screen):
         scene = self._scene
         if scene.verdict:
             whys = [*scene.reasons, *(doubt.why for doubt in scene.doubts[:_MOST_NAMED])]
-            tone = _TONES.get(scene.verdict, Tone.NEUTRAL)
+            tone = TONE_OF_VERDICT.get(scene.verdict, Tone.NEUTRAL)
             head = f"The {'drive' if scene.verdict in _OF_DRIVES else 'map'} is {scene.verdict}"
             self._page.frame.head(Headline(head, tone, scene.expected, tuple(dict.fromkeys(whys))))
 

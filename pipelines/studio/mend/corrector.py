@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from racecar.mapping.config import MappingConfig
+from racecar.mapping.grid.rendering import pixels_of
 from racecar.mapping.mending.deformation import Deformation
 from racecar.mapping.mending.effect import Effect
 from racecar.mapping.mending.manual_constraints import ManualConstraint
@@ -84,13 +85,7 @@ class Corrector:
         rendering = self._config.rendering
         drawn = draw_map(Views.of(session), session.keyframes, self._config.resolution, rendering)
         carried = edits.carried(Deformation(self._session, session).places)
-        written = as_written(
-            edited(drawn.tiled, carried.edits),
-            mode=rendering.mode,
-            occupied_threshold=rendering.occupied_threshold,
-            free_threshold=rendering.free_threshold,
-        )
-        return thinned(written, MOST_CELLS)
+        return thinned(as_written(edited(drawn.tiled, carried.edits), **pixels_of(rendering)), MOST_CELLS)
 
 
 def _begin_in_common(first: Sequence[ManualConstraint], second: Sequence[ManualConstraint]) -> int:

@@ -19,9 +19,10 @@ from racecar.maps.geometry.se2 import compose
 from racecar.maps.grid.raster import Raster
 from racecar.pipelines.files.edits_file import MapEdits, edits_beside
 from racecar.pipelines.files.literal_markdown import literal
+from racecar.pipelines.files.tone import TONE_OF_VERDICT
 from racecar.pipelines.runs.error_sentences import in_one_sentence
 from racecar.pipelines.runs.output_places import OutputFolder
-from racecar.pipelines.runs.view.headline import TONE_OF_VERDICT, Headline
+from racecar.pipelines.runs.view.headline import Headline
 from racecar.pipelines.runs.view.run_folder import expected_words
 from racecar.pipelines.studio.edit.saving import Saving
 from racecar.pipelines.studio.mend.correcting_process import CorrectingProcess

@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.keyframes.first_pass import SAME_PASS
+from racecar.mapping.graph.constraint import SAME_PASS
 from racecar.mapping.mending.manual_constraints import Distrust, Moment, NotSamePlace, SamePlace
 from racecar.mapping.mending.moments import keyframe_at, submap_about
 from racecar.mapping.quality.map_quality import DoubtfulSegment

@@ -104,7 +104,7 @@ def test_scans_that_are_looked_through_refute_a_loop() -> None:
 
 def test_what_lies_beyond_a_turn_may_be_farther_off(monkeypatch: pytest.MonkeyPatch) -> None:
     """A chain of submaps 2 m apart that err 0.1 m and 0.01 rad each; the last sees the first across 20 m."""
-    monkeypatch.setattr(submap_graph, "_HALF_LENGTH", 2.0)
+    monkeypatch.setattr(submap_graph, "HALF_LENGTH", 2.0)
     graph = SubmapGraph()
     for step in np.full(30, 1.0):
         graph.add_keyframe(float(step))
@@ -127,7 +127,7 @@ def test_submaps_follow_each_other_at_even_distances(
     graph, along = SubmapGraph(), np.cumsum(steps)
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(submap_graph, "SPACING", spacing)
-        patched.setattr(submap_graph, "_HALF_LENGTH", half_length)
+        patched.setattr(submap_graph, "HALF_LENGTH", half_length)
         completed = [graph.add_keyframe(step) for step in steps]
     assert all(submap.last == k for k, submap in enumerate(completed) if submap is not None)
     longest = max(steps)

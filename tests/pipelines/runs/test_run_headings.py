@@ -2,7 +2,7 @@
 
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.session.recordings import Recording
-from racecar.pipelines.files.pictures.heading import Tone
+from racecar.pipelines.files.tone import Tone
 from racecar.pipelines.runs.run_headings import heading
 
 NOON = 1_767_355_200 * 10**9  # 2026-01-02 12:00 UTC

@@ -16,8 +16,9 @@ from racecar.pipelines.files.pictures.colors import (
     START_COLOR,
 )
 from racecar.pipelines.files.pictures.figure_files import MAP_DOTS_PER_INCH, save_figure
-from racecar.pipelines.files.pictures.heading import Badge, Heading, Tone
+from racecar.pipelines.files.pictures.heading import Badge, Heading
 from racecar.pipelines.files.pictures.map_picture import map_picture
+from racecar.pipelines.files.tone import Tone
 
 DRIVE = Heading("drive.bag")
 

@@ -10,8 +10,8 @@ from racecar.mapping.mapper import Mapper
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.state.growth import Growth
 from racecar.pipelines.bags.replay import feed
+from racecar.pipelines.files.tone import Tone
 from racecar.pipelines.live.display.words import localizer_words, mapper_headline, mapper_words
-from racecar.pipelines.runs.view.headline import Tone
 from tests.localization.verdict.estimates import straight_drive
 from tests.pipelines.simulation.test_driven_simulation import a_drive, drive_on
 

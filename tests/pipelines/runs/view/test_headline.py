@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from racecar.pipelines.runs.view.headline import Tone, place_headline
+from racecar.pipelines.files.tone import Tone
+from racecar.pipelines.runs.view.headline import place_headline
 from tests.localization.verdict.estimates import estimate
 
 
