@@ -54,7 +54,8 @@ _LONGEST = 1e6
 
 def constraint_of(entry: dict[Any, Any], kind: str, where: str) -> ManualConstraint:
     """The manual constraint of an entry. Raises UserError that explains the first mistake."""
-    check_keys(entry, [kind, *_KEYS[kind]], ", ".join(_KEYS[kind]) or "none beside it", where)
+    keys = [kind, *_KEYS[kind]]
+    check_keys(entry, keys, ", ".join(keys), where)
     value = entry[kind]
     if kind in ("distance", "straight", "right_angle"):
         points = points_of(value, kind, where)

@@ -1,7 +1,6 @@
 """Values of entries in ``edits.yaml``, checked."""
 
 from difflib import get_close_matches
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -38,8 +37,7 @@ def is_numbers(value: Any, *counts: int) -> bool:
 
 def is_number(value: Any) -> bool:
     """Whether a value is a number that can be metres or seconds."""
-    is_real = isinstance(value, int | float) and not isinstance(value, bool)
-    return is_real and isfinite(value) and abs(value) <= _FARTHEST
+    return _is_real(value) and abs(value) <= _FARTHEST
 
 
 def number_of(
@@ -56,8 +54,11 @@ def number_of(
     if key not in entry and default is not None:
         return default
     value = entry.get(key)
-    number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else low
-    if not low < number <= high:
+    if not (_is_real(value) and low < value <= high):
         told = "is missing" if value is None else f"is {str(value)[:40]}"
         raise UserError(f"{where}: {key} {told}; it should be {unit}, above {low:g} and at most {high:g}.")
-    return number
+    return float(value)
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

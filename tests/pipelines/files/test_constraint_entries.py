@@ -88,6 +88,9 @@ def test_in_another_frame_and_back_it_is_the_same(
         ("- here: [3.0]\n  pose: [0, 0]", "moments in seconds"),
         ("- distrust: [1.0, 2.0]\n  source: laser", "source should be wheels or scans"),
         ("- distrust: [1.0, .inf]\n  source: wheels", "moments in seconds"),
+        (f"- same_place: [1.0, {'9' * 400}]", "moments in seconds"),
+        (f"- distance: [[0, 0], [1, 0]]\n  metres: {'9' * 400}", "metres is 999.*at most"),
+        ("- straight: [[0, 0], [1, 0]]\n  metres: 2", "unknown key 'metres'; known are straight"),
     ],
 )
 def test_a_mistake_is_explained(text: str, why: str) -> None:

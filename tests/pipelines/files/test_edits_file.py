@@ -73,6 +73,7 @@ def test_in_the_same_frame_the_text_stays_and_in_another_the_edits_move(tmp_path
         ("- free: [[0, 0], [1, x], [1, 1]]", "list of points"),
         ("- free: [[0, 0], [1, .nan], [1, 1]]", "list of points"),
         ("- free: room", "list of points"),
+        (f"- free: [[0, 0], [1, {'9' * 400}], [1, 1]]", "list of points"),
         ("- free: [[0, 0], [2, 2], [2, 0], [0, 2]]", r"crosses itself near \(1.00, 1.00\)"),
         ("- free: [[0, 0], [1, 1], [2, 2]]", "no area"),
         ("- speed: [[0, 0], [1, 0], [1, 1]]", "limit is missing"),
