@@ -61,7 +61,7 @@ COUNTED: Mapping[str, Sentences] = {
     ),
     "invalid_odometry": (
         "Odometry messages dropped because they hold no valid pose: {count}.",
-        f"Make the odometry node {_SET_QUATERNION}",
+        f"Make the odometry node publish only what it knows, and {_SET_QUATERNION}",
     ),
     "messages_without_pose": (
         "Messages dropped because they hold no valid pose: {count}.",
@@ -244,7 +244,8 @@ _ODOMETRY: Mapping[str, Sentences] = {
         "No action is needed.",
     ),
     "odometry_without_orientation": (
-        "The orientation in {topic} is not a number, or zero: the pose is integrated from the speeds.",
+        "No pose on {topic} is valid (its orientation is zero or not a number, or its position absurd): the "
+        "pose is integrated from the speeds.",
         f"Make its node {_SET_QUATERNION}",
     ),
     "odometry_link_contested": (

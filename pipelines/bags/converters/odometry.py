@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
+from racecar.maps.geometry.se2 import Pose, compose
 from racecar.sensors.odometry import Odometry
 
 if TYPE_CHECKING:
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 _MOVING_SPEED = 0.05  # m/s or rad/s
 _MOVING_MESSAGES = 20
+_GARBAGE_MESSAGES = 3000
+"""Messages without a valid pose, the first minute of most odometry, after which none is expected. Chosen by
+judgement: filters settle sooner."""
 _LONGEST_STEP = 1.0  # seconds; over a longer gap the speed is not extrapolated
 _FARTHEST = 1e8
 """Metres from the origin. Odometry in UTM coordinates stays below 1e7."""
@@ -56,20 +59,22 @@ class PoseSource(Enum):
 
 
 def pose_source(messages: Iterable["nav_msgs__msg__Odometry"]) -> PoseSource:
-    """Whether the poses show the motion, or the twist while the pose does not change. Stops reading once that
-    is clear."""
+    """Whether the poses show the motion, or the twist while there is no valid pose or it does not change.
+    Stops reading once that is clear."""
     first: Pose | None = None
-    moving = 0
-    for message in messages:
+    moving = read = 0
+    for read, message in enumerate(messages, start=1):
         pose = planar_pose(message)
-        pose = IDENTITY if pose is None else pose
-        first = pose if first is None else first
-        if not np.array_equal(pose, first):
+        if pose is not None and first is not None and not np.array_equal(pose, first):
             return PoseSource.POSE
+        if pose is not None and first is None:
+            first, moving = pose, 0
         moving += bool(np.abs(planar_twist(message)).max() > _MOVING_SPEED)
-        if moving >= _MOVING_MESSAGES:
-            return PoseSource.TWIST
-    return PoseSource.NOTHING if first is None else PoseSource.STANDING
+        if moving >= _MOVING_MESSAGES and (first is not None or read >= _GARBAGE_MESSAGES):
+            break
+    if moving >= _MOVING_MESSAGES:
+        return PoseSource.TWIST
+    return PoseSource.STANDING if read else PoseSource.NOTHING
 
 
 class OdometryConverter:
