@@ -31,6 +31,7 @@ ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
 POSE = "geometry_msgs/msg/PoseStamped"
 POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 POSE_ARRAY = "geometry_msgs/msg/PoseArray"
+PARTICLE_CLOUD = "nav2_msgs/msg/ParticleCloud"
 
 _LARGEST_QUATERNION = 1e6
 """Limit of a quaternion's numbers, which should be at most 1; larger ones come from damaged bytes."""
@@ -48,13 +49,17 @@ def ros1_types() -> Typestore:
 @cache
 def ros2_types() -> Typestore:
     """The ROS 2 message types; those used here are the same in every distribution. The old type of ``/tf`` is
-    added for bags converted from ROS 1, and so are commands to cars that steer, which the store lacks."""
+    added for bags converted from ROS 1, and so are commands to cars that steer and nav2's particles, which
+    the store lacks."""
     store = get_typestore(Stores.ROS2_JAZZY)
     store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", OLD_TRANSFORMS))
     numbers = ("steering_angle", "steering_angle_velocity", "speed", "acceleration", "jerk")
     drive = "ackermann_msgs/msg/AckermannDrive"
     store.register(get_types_from_msg("\n".join(f"float32 {number}" for number in numbers), drive))
     store.register(get_types_from_msg(f"std_msgs/Header header\n{drive} drive", ACKERMANN))
+    particle = "nav2_msgs/msg/Particle"
+    store.register(get_types_from_msg("geometry_msgs/Pose pose\nfloat64 weight", particle))
+    store.register(get_types_from_msg(f"std_msgs/Header header\n{particle}[] particles", PARTICLE_CLOUD))
     return store
 
 

@@ -17,8 +17,12 @@ _ENCAPSULATION = 4
 
 def pose_array_bytes(stamp: Any, frame: str, poses: Pose) -> bytes:
     """A serialized geometry_msgs/PoseArray of poses (N, 3)."""
-    opening = _with_count(serialize_message(PoseArray(header=header(stamp, frame))), len(poses))
-    return opening + _padding(len(opening)) + _in_space(poses).tobytes()
+    return _array_bytes(stamp, frame, _in_space(poses))
+
+
+def particle_cloud_bytes(stamp: Any, frame: str, poses: Pose, weights: NDArray[np.float64]) -> bytes:
+    """A serialized nav2_msgs/ParticleCloud of poses (N, 3) and weights (N,)."""
+    return _array_bytes(stamp, frame, np.column_stack([_in_space(poses), weights]))
 
 
 def path_bytes(stamp: Any, frame: str, poses: Pose) -> bytes:
@@ -34,6 +38,12 @@ def path_bytes(stamp: Any, frame: str, poses: Pose) -> bytes:
         parts += [head, pose.tobytes()]
         length += len(head) + pose.nbytes
     return b"".join(parts)
+
+
+def _array_bytes(stamp: Any, frame: str, rows: NDArray[np.float64]) -> bytes:
+    """A header, and a sequence of (N, K) numbers in K fields."""
+    opening = _with_count(serialize_message(PoseArray(header=header(stamp, frame))), len(rows))
+    return opening + _padding(len(opening)) + rows.tobytes()
 
 
 def _with_count(serialized: bytes, count: int) -> bytes:

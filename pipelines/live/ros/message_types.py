@@ -8,11 +8,11 @@ from typing import Any
 from ament_index_python import get_resource
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.bags.messages import ACKERMANN, TRANSFORMS
+from racecar.pipelines.bags.messages import ACKERMANN, PARTICLE_CLOUD, TRANSFORMS
 from racecar.pipelines.live.ros.declared_type import declare_type
 
 _NAME = re.compile(r"([a-z][a-z0-9_]*)/msg/([A-Za-z][A-Za-z0-9]*)")
-_DECLARED = (TRANSFORMS, ACKERMANN)
+DECLARED = (TRANSFORMS, ACKERMANN, PARTICLE_CLOUD)
 """Types available without their packages, which a ROS from PyPI lacks; their messages are sent serialized."""
 
 
@@ -32,7 +32,7 @@ def message_class(name: str) -> Any | None:
     except (LookupError, OSError, ImportError):
         pass
     try:
-        return declare_type(name) if name in _DECLARED else None
+        return declare_type(name) if name in DECLARED else None
     except (OSError, AttributeError, ImportError):
         return None
 

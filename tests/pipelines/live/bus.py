@@ -24,9 +24,8 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.serialization import deserialize_message, serialize_message
 
-from racecar.pipelines.bags.messages import ACKERMANN, TRANSFORMS
 from racecar.pipelines.live import localizer_node, mapper_node, player, simulator_node  # noqa: F401
-from racecar.pipelines.live.ros.message_types import message_class
+from racecar.pipelines.live.ros.message_types import DECLARED, message_class
 from racecar.pipelines.live.saving import save_service
 from racecar.pipelines.live.work.worker import Worker
 
@@ -291,7 +290,7 @@ class BusNode(Node):  # type: ignore[misc]
 
 def type_name(kind: Any) -> str:
     """Of a message's class, as ``sensor_msgs/msg/LaserScan``."""
-    for declared in (TRANSFORMS, ACKERMANN):
+    for declared in DECLARED:
         if message_class(declared) is kind:
             return declared
     return f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"

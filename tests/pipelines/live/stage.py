@@ -92,10 +92,10 @@ class Stage:
         """Say something that the car does not."""
         self.listener.create_publisher(type(message), topic, qos).publish(message)
 
-    def hear(self, topic: str, kind: Any, qos: Any = 10) -> list[Any]:
+    def hear(self, topic: str, kind: Any, qos: Any = 10, *, raw: bool = False) -> list[Any]:
         """What is published from now on, and before where it is kept for who comes late."""
         heard: list[Any] = []
-        self.listener.create_subscription(kind, topic, heard.append, qos)
+        self.listener.create_subscription(kind, topic, heard.append, qos, raw=raw)
         return heard
 
     def await_words(self, *words: str, within: float = 6.0) -> None:

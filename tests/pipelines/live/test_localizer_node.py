@@ -14,7 +14,7 @@ import pytest
 from racecar.maps.geometry.se2 import compose, inverse
 from racecar.maps.grid.distance_field import distance_to_occupied, sample_field
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.pipelines.bags.messages import nanoseconds
+from racecar.pipelines.bags.messages import PARTICLE_CLOUD, nanoseconds, ros2_types
 from tests.pipelines.live.live_car import recorded, ring
 from tests.pipelines.live.stage import (
     Stage,
@@ -114,14 +114,19 @@ def test_what_people_look_at_comes_when_they_listen(stage: Stage) -> None:
     from rclpy.qos import qos_profile_sensor_data
     from sensor_msgs.msg import PointCloud2
 
+    from racecar.pipelines.live.ros.message_types import message_class
     from racecar.pipelines.live.ros.qos import LATCHED
 
     clouds = stage.hear("/scan_on_map", PointCloud2, qos_profile_sensor_data)
-    swarms, paths = stage.hear("/particle_cloud", PoseArray), stage.hear("/path", PathMessage, LATCHED)
-    wait_for(lambda: min(map(len, (clouds, swarms, paths))) > 1, stage.said, 5.0)
+    swarms, paths = stage.hear("/pf/viz/particles", PoseArray), stage.hear("/path", PathMessage, LATCHED)
+    weighed = stage.hear("/particle_cloud", message_class(PARTICLE_CLOUD), raw=True)
+    wait_for(lambda: min(map(len, (clouds, swarms, weighed, paths))) > 1, stage.said, 5.0)
     x, y, _ = stage.car.truth[nanoseconds(swarms[-1].header.stamp)]
     particles = np.array([[pose.position.x, pose.position.y] for pose in swarms[-1].poses])
     assert len(particles) >= 100
+    cloud = ros2_types().deserialize_cdr(weighed[-1], PARTICLE_CLOUD)
+    assert np.isclose(sum(particle.weight for particle in cloud.particles), 1.0)
+    assert cloud.particles[-1].pose.position.x == particles[-1][0]
     assert np.hypot(*(np.median(particles, axis=0) - [x, y])) < 1.0
     points = np.frombuffer(bytes(clouds[-1].data), dtype="<f4").reshape(-1, 3)[:, :2]
     assert np.mean(sample_field(distance_to_occupied(ring()), ring(), points) < 0.08) > 0.9

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from racecar.pipelines.bags.messages import ACKERMANN, TRANSFORMS, ros2_types
+from racecar.pipelines.bags.messages import ACKERMANN, PARTICLE_CLOUD, TRANSFORMS, ros2_types
 from tests.pipelines.live.simulated_driver import ackermann_command
 
 
@@ -47,3 +47,19 @@ def test_commands_to_cars_that_steer() -> None:
     received = there_and_back(ACKERMANN, ackermann_command(1.5, -0.25))
     command = ros2_types().deserialize_cdr(received, ACKERMANN)
     assert (command.drive.speed, command.drive.steering_angle) == (1.5, -0.25)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_particles(count: int) -> None:
+    from racecar.pipelines.live.ros.bulk_messages import particle_cloud_bytes
+    from racecar.pipelines.live.ros.messages import time_message
+
+    poses, weights = np.random.default_rng(count).normal(size=(count, 3)), np.linspace(0.0, 1.0, count)
+    sent = particle_cloud_bytes(time_message(5_000_000_007), "robot/map", poses, weights)
+    cloud = ros2_types().deserialize_cdr(there_and_back(PARTICLE_CLOUD, sent), PARTICLE_CLOUD)
+    assert (cloud.header.frame_id, cloud.header.stamp.nanosec) == ("robot/map", 7)
+    assert [particle.weight for particle in cloud.particles] == weights.tolist()
+    for pose, particle in zip(poses, cloud.particles, strict=True):
+        place, turn = particle.pose.position, particle.pose.orientation
+        assert [place.x, place.y] == pose[:2].tolist()
+        assert 2 * np.arctan2(turn.z, turn.w) == pytest.approx(pose[2])
