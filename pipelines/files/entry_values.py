@@ -1,7 +1,7 @@
 """Values of entries in ``edits.yaml``, checked."""
 
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,5 +60,5 @@ def number_of(
     return float(value)
 
 
-def _is_real(value: Any) -> bool:
+def _is_real(value: Any) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
