@@ -20,9 +20,9 @@ def config(
 
     After editing it: racecar config --check settings.yaml
     """
+    from racecar.maps.nested_settings import leaf_values
     from racecar.pipelines.files.config_file import Config, load_config
-    from racecar.pipelines.files.config_template import config_template
-    from racecar.pipelines.files.nested_settings import leaf_values
+    from racecar.pipelines.files.config_template import as_yaml, config_template
 
     if check is None:
         print(config_template(), end="")
@@ -32,5 +32,7 @@ def config(
     if not changed:
         print(f"{check} is valid and changes nothing.")
         return
-    changes = "; ".join(f"{name} from {defaults[name]} to {value}" for name, value in changed.items())
+    changes = "; ".join(
+        f"{name} from {as_yaml(defaults[name])} to {as_yaml(value)}" for name, value in changed.items()
+    )
     print(f"{check} is valid and changes {changes}.")

@@ -120,10 +120,8 @@ class DrawingFlags:
 
     def over(self, settings: "MappingConfig") -> "MappingConfig":
         """The settings, overridden by the flags. Raises UserError that names the flag."""
-        from pydantic import ValidationError
-
         from racecar.maps.errors import UserError
-        from racecar.pipelines.files.config_file import as_clause
+        from racecar.maps.settings import SettingsError
 
         given = {
             "turn": _one_or_word(self.turn),
@@ -140,12 +138,9 @@ class DrawingFlags:
             values["resolution"] = self.resolution
         try:
             return type(settings).model_validate(values)
-        except ValidationError as error:
-            first = error.errors()[0]
-            name = str(first["loc"][-1])
-            raise UserError(
-                f"{_FLAGS.get(name, f'--{name}')} cannot be used: {as_clause(first['msg'])}."
-            ) from error
+        except SettingsError as error:
+            name = error.name.rpartition(".")[2]
+            raise UserError(f"{_FLAGS.get(name, f'--{name}')} cannot be used: {error.clause}.") from error
 
 
 def map_files(flags: Flags) -> Collection[str]:

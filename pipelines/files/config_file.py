@@ -4,21 +4,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import Field
 
 from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.maps.errors import UserError
-from racecar.maps.settings import Settings
+from racecar.maps.nested_settings import without_empty_sections
+from racecar.maps.settings import Settings, SettingsError
 from racecar.maps.text_files import read_text
 from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
-from racecar.pipelines.files.nested_settings import nearest_name, section_at, without_empty_sections
 from racecar.sensors.config import SensorConfig
 
-Model = TypeVar("Model", bound=BaseModel)
-
-_LONGEST_NAME = 100
-"""Characters of a key in a message; no setting has a longer name."""
+Model = TypeVar("Model", bound=Settings)
 
 
 class Config(Settings):
@@ -69,8 +66,8 @@ def load_settings(path: Path, model: type[Model]) -> Model:
 def _validated(contents: Mapping[str, Any], whole: str, model: type[Model]) -> Model:
     try:
         return model.model_validate(contents)
-    except ValidationError as error:
-        raise UserError(_explain(error, whole, model)) from error
+    except SettingsError as error:
+        raise error.told_of(whole) from error
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:
@@ -82,37 +79,3 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     if not isinstance(contents, dict):
         raise UserError(f"The configuration {path} should hold sections such as 'mapping:' with settings.")
     return contents
-
-
-def _explain(error: ValidationError, whole: str, model: type[BaseModel]) -> str:
-    first = error.errors()[0]
-    location = [str(part) for part in first["loc"]]
-    name = _shortened(".".join(location))
-    if first["type"] == "extra_forbidden":
-        return f"{whole} has the unknown key '{name}'; {_suggest(location, model)}."
-    section = section_at(model, location)
-    if section is not None and first["type"] != "value_error":
-        known = ", ".join(sorted(section.model_fields))
-        return f"{whole} has a bad value for '{name}': it should hold settings ({known})."
-    return f"{whole} has a bad value for '{name}': {as_clause(first['msg'])}."
-
-
-def _suggest(location: list[str], model: type[BaseModel]) -> str:
-    nearest = nearest_name(model, location)
-    if nearest is not None:
-        return f"did you mean '{nearest}'"
-    section = section_at(model, location[:-1])
-    known = ", ".join(sorted(section.model_fields) if section else ())
-    return f"leave it out, or choose of those known there: {known}"
-
-
-def _shortened(name: str) -> str:
-    """Shorten a key, which may be anything, to one line."""
-    words = " ".join(name.split())
-    return words if len(words) <= _LONGEST_NAME else f"{words[:_LONGEST_NAME]}..."
-
-
-def as_clause(message: str) -> str:
-    """Format for the middle of a sentence, without pydantic's prefix to our own messages."""
-    words = message.removeprefix("Value error, ")
-    return words[:1].lower() + words[1:]

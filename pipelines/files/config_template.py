@@ -9,8 +9,8 @@ import yaml
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from racecar.maps.nested_settings import model_in
 from racecar.pipelines.files.config_file import Config
-from racecar.pipelines.files.nested_settings import model_in
 
 _WIDTH = 110
 """Characters per line, as in the source."""
@@ -49,7 +49,7 @@ def _section(settings: BaseModel, depth: int) -> Iterator[str]:
         inner = model_in(field)
         if inner is None:
             yield from _comment(_explanation(field), indent)
-            yield f"{indent}# {name}: {_as_yaml(getattr(settings, name))}"
+            yield f"{indent}# {name}: {as_yaml(getattr(settings, name))}"
         else:
             yield ""
             yield from _comment(" ".join((inner.__doc__ or "").split()), indent)
@@ -67,7 +67,8 @@ def _comment(text: str, indent: str) -> Iterator[str]:
         yield f"{indent}## {line.replace(_NO_BREAK, ' ')}"
 
 
-def _as_yaml(value: Any) -> str:
+def as_yaml(value: Any) -> str:
+    """A value as the file writes it, such as null."""
     text: str = yaml.safe_dump(_plain(value), default_flow_style=True, width=float("inf"))
     return text.removesuffix("...\n").strip()
 

@@ -5,17 +5,16 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Literal, TypeVar
 
 import numpy as np
-from pydantic import Field, ValidationError, field_validator
+from pydantic import Field, field_validator
 from pydantic.fields import FieldInfo
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import InvalidParameterValueException
 
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.settings import Settings
+from racecar.maps.nested_settings import leaf_fields, leaf_values, nested
+from racecar.maps.settings import Settings, SettingsError
 from racecar.pipelines.bags.car_frames import slip_in
-from racecar.pipelines.files.config_file import as_clause
-from racecar.pipelines.files.nested_settings import leaf_fields, leaf_values, nested
 
 SettingsT = TypeVar("SettingsT", bound=Settings)
 
@@ -116,8 +115,8 @@ def updated(settings: SettingsT, changes: Mapping[str, Any]) -> SettingsT:
     }
     try:
         return type(settings).model_validate(nested(values))
-    except ValidationError as error:
-        raise UserError(f"{_sentence(error)}.") from error
+    except SettingsError as error:
+        raise UserError(f"The parameter {error.name} has a bad value: {error.clause}.") from error
 
 
 def _bounds(field: FieldInfo) -> dict[str, Any]:
@@ -139,9 +138,3 @@ def _bounds(field: FieldInfo) -> dict[str, Any]:
     elif field.annotation is float:
         bounds["floating_point_range"] = [FloatingPointRange(from_value=float(low), to_value=float(high))]
     return bounds
-
-
-def _sentence(error: ValidationError) -> str:
-    first = error.errors()[0]
-    name = ".".join(str(part) for part in first["loc"])
-    return f"The parameter {name} is {first['input']!r}: {as_clause(first['msg'])}"

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from racecar.maps.nested_settings import leaf_fields
 from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.config_file import Config, load_config
-from racecar.pipelines.files.nested_settings import leaf_fields
 
 
 @pytest.fixture
@@ -55,6 +55,17 @@ def test_one_line_freed_and_edited(template: Path, capsys: pytest.CaptureFixture
     default = Config().localization.drift_noise
     said = f"changes localization.drift_noise from {default} to 3.1.\n"
     assert capsys.readouterr().out.endswith(said)
+
+
+def test_changes_are_told_in_the_words_of_the_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "settings.yaml"
+    path.write_text("sensors: {min_range: 0.3}\nmapping: {refine: false, rendering: {crop: driven}}\n")
+    assert run(["config", "--check", str(path)]) == 0
+    said = capsys.readouterr().out
+    assert "sensors.min_range from null to 0.3; mapping.refine from true to false" in said
+    assert "mapping.rendering.crop from null to driven." in said
 
 
 def test_a_mistake_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,9 +5,9 @@ import pytest
 
 import racecar
 from racecar.maps.errors import UserError
+from racecar.maps.nested_settings import leaf_fields, leaf_values, nested
 from racecar.pipelines.files.config_file import Config, load_config, load_settings
-from racecar.pipelines.files.nested_settings import leaf_fields, leaf_values, nested
-from tests.pipelines.nested_settings import Camera, Lens, Robot
+from tests.maps.nested_settings import Camera, Lens, Robot
 
 
 def write(tmp_path: Path, text: str) -> Path:

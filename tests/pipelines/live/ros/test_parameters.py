@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from racecar.maps.errors import UserError
-from tests.pipelines.nested_settings import Camera, Lens, Robot
+from tests.maps.nested_settings import Camera, Lens, Robot
 
 
 @pytest.fixture
@@ -52,11 +52,14 @@ def test_what_ros_overrides_comes_back_in_the_settings(node: Any) -> None:
     ("node", "complaint"),
     [
         (["camera.lens.focus:=3.0"], "camera.lens.focus must be greater than 0, at most 2"),
-        (["camera.lens.focus:=0.0"], "camera.lens.focus is 0.0: input should be greater than 0"),
+        (
+            ["camera.lens.focus:=0.0"],
+            "focus has a bad value: it should be greater than 0, not 0.0",
+        ),
         (["camera.exposures:=0"], "camera.exposures must be at least 1, at most 9"),
-        (["camera.exposures:=many"], "camera.exposures is 'many'"),
-        (["speed:=-1.0"], "speed is -1.0: input should be greater than or equal to 0"),
-        (["camera.mode:=dusk"], "camera.mode is 'dusk': input should be 'day' or 'night'"),
+        (["camera.exposures:=many"], "camera.exposures has a bad value: it should be an integer, not 'many'"),
+        (["speed:=-1.0"], "speed has a bad value: it should be greater than or equal to 0"),
+        (["camera.mode:=dusk"], "camera.mode has a bad value: it should be 'day' or 'night'"),
     ],
     indirect=["node"],
 )
@@ -73,8 +76,8 @@ def test_a_parameter_at_fault_is_named(node: Any, complaint: str) -> None:
         (["transform_tolerance:=20.0"], "transform_tolerance must be at least 0, at most 10"),
         (["laser_pose:=[1.0, 2.0]"], "give x and y in metres and yaw in radians"),
         (["laser_pose:=[0.2, 0.0, 90.0]"], "1.5708 if these are degrees"),
-        (["tf:=odometry"], "tf is 'odometry': input should be 'odom', 'base' or 'none'"),
-        (["odometry:=speed"], "odometry is 'speed': input should be 'pose' or 'twist'"),
+        (["tf:=odometry"], "tf has a bad value: it should be 'odom', 'base' or 'none'"),
+        (["odometry:=speed"], "odometry has a bad value: it should be 'pose' or 'twist'"),
     ],
     indirect=["node"],
 )

@@ -2,8 +2,8 @@
 
 import pytest
 
-from racecar.pipelines.files.nested_settings import leaf_fields, leaf_values, nearest_name, nested, section_at
-from tests.pipelines.nested_settings import Camera, Lens, Robot
+from racecar.maps.nested_settings import leaf_fields, leaf_values, nearest_name, nested, section_at
+from tests.maps.nested_settings import Camera, Lens, Robot
 
 
 def test_every_setting_has_a_dotted_name_and_comes_back_by_it() -> None:
