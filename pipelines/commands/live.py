@@ -138,6 +138,7 @@ def localize(
         ros_node("racecar_localizer", context.obj) as node,
     ):
         localizer = LocalizerNode(node, loaded, start, page)
+        localizer.say_what_is_not_read(context.obj)
         warm_up(loaded.localization)
         localizer.start()
         try:
@@ -194,8 +195,7 @@ def map(
 
     settings = load_config(config)
     tell = teller(quiet=False)
-    run = {"live": True, "settings": settings.mapping.model_dump(), "sensors": settings.sensors.model_dump()}
-    output = MapOutput(out, settings, run)
+    output = MapOutput(out, settings, {"live": True})
     with output_folder(out):
         pass  # so that no drive is lost
     keep_memory_together()
@@ -208,6 +208,7 @@ def map(
         ros_node("racecar_mapper", context.obj) as node,
     ):
         drive = MapperNode(node, output, log, page)
+        drive.say_what_is_not_read(context.obj)
         warm_up()
         drive.start()
         try:

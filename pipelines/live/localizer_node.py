@@ -3,7 +3,7 @@
 import time
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -12,6 +12,7 @@ import numpy as np
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Odometry as OdometryMessage
+from pydantic import Field
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
@@ -19,6 +20,7 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.settings import Settings
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.messages import frame_name, nanoseconds
 from racecar.pipelines.files.config_file import Config
@@ -28,10 +30,11 @@ from racecar.pipelines.live.intake.first_messages import Arrived
 from racecar.pipelines.live.monitoring.whereabouts import Whereabouts
 from racecar.pipelines.live.node import LiveNode
 from racecar.pipelines.live.remembered_pose import PoseMemory, RememberedPose
+from racecar.pipelines.live.ros.foreign_parameters import AMCL, ForeignNode
 from racecar.pipelines.live.ros.messages import grid_of, odometry_message, pose_message
 from racecar.pipelines.live.ros.parameters import declare_settings, watch_settings
 from racecar.pipelines.live.ros.qos import LATCHED
-from racecar.pipelines.live.start_requests import StartRequests
+from racecar.pipelines.live.start_requests import StartRequests, initial_pose
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.runs.view.headline import place_headline
 from racecar.sensors.findings import Finding
@@ -75,9 +78,17 @@ class LocalizerStart:
     seed: int = 0
 
 
+class _MapTopic(Settings):
+    """Where the map comes from without ``--map``, as AMCL's parameters say it."""
+
+    map_topic: str = Field("map", description="topic of the map, before remapping")
+    first_map_only: bool = Field(False, description="leave out every map that arrives after the first one")
+
+
 class LocalizerNode(LiveNode):
     """Poses of the car on a map, at the rate of the odometry."""
 
+    foreign: ClassVar[ForeignNode] = AMCL
     without: ClassVar[Mapping[str, str]] = {
         "scans": "the pose is carried on by odometry alone",
         "odometry": "the motion is guessed from scan to scan",
@@ -93,6 +104,9 @@ class LocalizerNode(LiveNode):
         """Surveys the map. Raises UserError when that fails or a parameter is invalid."""
         super().__init__(node, "localizer", config.sensors, moves_laser=True)
         self._config = declare_settings(node, config.localization)
+        self._source = declare_settings(node, _MapTopic(), read_only=True)
+        if (pose := initial_pose(node)) is not None and start.initial_pose is None and not start.anywhere:
+            start = replace(start, initial_pose=pose)
         self._begin = start
         self._maps_taken = 0
         self._localizer: Localizer | None = None
@@ -124,8 +138,9 @@ class LocalizerNode(LiveNode):
         node = self.node
         self._requests.start()
         if self._begin.grid is None:
-            node.create_subscription(OccupancyGridMessage, "map", self._on_map, LATCHED)
-            self.faults.report("no_map", f"No map has arrived on {node.resolve_topic_name('map')} yet.")
+            topic = self._source.map_topic
+            node.create_subscription(OccupancyGridMessage, topic, self._on_map, LATCHED)
+            self.faults.report("no_map", f"No map has arrived on {node.resolve_topic_name(topic)} yet.")
         watch_settings(node, lambda: self._config, self._on_settings)
         super().start()
         if self._grid is not None:
@@ -380,7 +395,7 @@ class LocalizerNode(LiveNode):
         def build() -> None:
             grid = grid_of(message)
             known = self._grid
-            if known is not None and _is_same(grid, known):
+            if known is not None and (self._source.first_map_only or _is_same(grid, known)):
                 return
             localizer = self._new_localizer(grid)
             self.worker.put("map", lambda: self._switch_to(grid, localizer))

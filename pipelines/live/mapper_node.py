@@ -26,7 +26,9 @@ from racecar.pipelines.live.display.words import mapper_headline, mapper_words
 from racecar.pipelines.live.intake.first_messages import FirstMessages
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.node import LiveNode
+from racecar.pipelines.live.ros.foreign_parameters import SLAM_TOOLBOX, ForeignNode
 from racecar.pipelines.live.ros.messages import fill_pose, header
+from racecar.pipelines.live.ros.parameters import declare_settings
 from racecar.pipelines.live.saving.drive_log import AnotherDrive, DriveLog, Entry
 from racecar.pipelines.live.saving.map_saving import MapOutput
 from racecar.pipelines.live.saving.save_service import SaveService
@@ -55,6 +57,8 @@ _FIRST_TOLD = 0.5
 _LONGEST_BREAK = 100.0
 """Seconds of interruption after which a drive is not continued but recognized. Chosen by judgement: longer
 than a restart, but too short to carry a car elsewhere."""
+_PARAMETERS = ("resolution", "keyframe_distance", "keyframe_angle", "refine", "close_loops")
+"""Settings that are ROS parameters, too: those of the whole, since the others have values that ROS lacks."""
 _BEHIND = 1.0
 """Seconds of delay from which a warning is due. Chosen by judgement."""
 
@@ -62,6 +66,7 @@ _BEHIND = 1.0
 class MapperNode(LiveNode):
     """Maps a drive, publishes the car's pose on the map, and saves the map."""
 
+    foreign: ClassVar[ForeignNode] = SLAM_TOOLBOX
     without: ClassVar[Mapping[str, str]] = {
         "scans": "the map stays as it is",
         "odometry": "the map rests on the scans alone",
@@ -72,7 +77,8 @@ class MapperNode(LiveNode):
     ) -> None:
         """Raises UserError that names the invalid parameter."""
         super().__init__(node, "mapper", output.config.sensors, moves_laser=False)
-        config = output.config.mapping
+        config = declare_settings(node, output.config.mapping, read_only=True, only=_PARAMETERS)
+        output = output.with_settings(self.sensor_config, config)
         self._output, self._log, self._mapper = output, log, Mapper(config)
         self._earlier: list[Mapper] = []
         """Mappers of the drives before long interruptions, in order."""

@@ -2,7 +2,7 @@
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 from racecar.pipelines.bags.converters.registry import (
@@ -19,6 +19,7 @@ from racecar.pipelines.live.intake.typed_topic import TypedTopic
 from racecar.pipelines.live.monitoring.diagnostics import Diagnostics
 from racecar.pipelines.live.monitoring.faults import Faults, with_short_words
 from racecar.pipelines.live.monitoring.health import Health
+from racecar.pipelines.live.ros.foreign_parameters import ForeignNode, ForeignParameters
 from racecar.pipelines.live.ros.messages import time_message
 from racecar.pipelines.live.ros.parameters import CarParameters, declare_settings
 from racecar.pipelines.live.ros.transforms import TransformBroadcaster
@@ -48,6 +49,8 @@ judgement: less than the first scans wait for odometry."""
 class LiveNode(ABC):
     """Receives scans and odometry, and reports its state once a second."""
 
+    foreign: ClassVar[ForeignNode]
+    """The node that this one takes the place of, whose parameters are taken, too."""
     without: ClassVar[Mapping[str, str]]
     """The consequence when the scans or the odometry stop."""
 
@@ -55,7 +58,9 @@ class LiveNode(ABC):
         """``sensors`` filters the readings; ``moves_laser``: whether the laser's place may change during the
         run. Raises UserError that names the invalid parameter."""
         self.node = node
+        self._foreign_parameters = ForeignParameters(node, self.foreign)
         self.parameters = declare_settings(node, CarParameters(), read_only=True)
+        self.sensor_config = declare_settings(node, sensors, read_only=True)
         self.faults = Faults(self._warn, self.inform)
         self.health = Health()
         self.sensors = Sensors(
@@ -64,7 +69,7 @@ class LiveNode(ABC):
             integrate_twist=self.parameters.odometry == "twist",
             faults=self.faults,
             aside=lambda work: self.side.put("reading", work, _READINGS_WAIT),
-            config=sensors,
+            config=self.sensor_config,
         )
         self.transforms = TransformBroadcaster(node, self.parameters)
         self.worker = Worker("worker", self.faults, self.survive)
@@ -92,14 +97,21 @@ class LiveNode(ABC):
         self._learner.start()
         self._started = time.monotonic()
         node = self.node
+        if (sentence := self._foreign_parameters.sentence()) is not None:
+            self.inform(sentence)
         self._topics = {
             "odometry": TypedTopic(node, "odom", tuple(ODOMETRY_CONVERTERS), self._on_odometry, 1000),
-            "scans": TypedTopic(node, "scan", tuple(SCAN_CONVERTERS), self._on_scan, 400),
+            "scans": TypedTopic(node, self.parameters.scan_topic, tuple(SCAN_CONVERTERS), self._on_scan, 400),
             "imu": TypedTopic(node, "imu", tuple(YAW_RATE_CONVERTERS), self._on_imu, 4000),
         }
         self._transforms = TransformTopics(node, self._topics["scans"].name, self._on_transforms)
         node.create_timer(0.5, self.watch)
         node.create_timer(1.0, self._report)
+
+    def say_what_is_not_read(self, ros_arguments: Sequence[str]) -> None:
+        """Warn if a parameter file among the arguments is for the foreign node alone."""
+        if (sentence := self.foreign.unread_section(self.node.get_name(), ros_arguments)) is not None:
+            self._warn(sentence)
 
     def stop(self) -> None:
         """Finish waiting work and stop."""

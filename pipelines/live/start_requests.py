@@ -34,6 +34,31 @@ class _Clicks(Settings):
     )
 
 
+class _InitialPose(Settings):
+    """Where the car is."""
+
+    x: float = Field(0.0, description="metres on the map, where set_initial_pose is true")
+    y: float = Field(0.0, description="the same")
+    yaw: float = Field(0.0, description="radians, the same")
+
+
+class _Start(Settings):
+    """Where the car is at the start, as AMCL's parameters say it."""
+
+    set_initial_pose: bool = Field(False, description="start from initial_pose")
+    initial_pose: _InitialPose = _InitialPose()
+
+
+def initial_pose(node: Any) -> Pose | None:
+    """The pose (3,) that the parameters say the car starts from; None if they say nothing, or a node before
+    on the same ROS node has started from it. Raises UserError that names the invalid parameter."""
+    if node.has_parameter("set_initial_pose"):
+        return None
+    start = declare_settings(node, _Start(), read_only=True)
+    pose = start.initial_pose
+    return np.array([pose.x, pose.y, pose.yaw]) if start.set_initial_pose else None
+
+
 class StartRequests:
     """Passes requests from the topics ``initialpose`` and ``clicked_point`` and the service
     ``reinitialize_global_localization`` to the localizer."""

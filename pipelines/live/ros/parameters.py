@@ -1,7 +1,7 @@
 """The nodes' ROS parameters: declared with descriptions, validated, and changed at run time."""
 
 from array import array
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -40,6 +40,7 @@ class CarParameters(Settings):
     odometry: Literal["pose", "twist"] = Field(
         "pose", description="what of /odom to believe: its pose, or its twist, which is integrated"
     )
+    scan_topic: str = Field("scan", description="topic of the scans, before remapping")
     laser_pose: tuple[float, ...] = Field(
         (0.0,), description="x, y (m) and yaw (rad) of the laser on the car; one 0 alone: as transforms say"
     )
@@ -60,9 +61,12 @@ class CarParameters(Settings):
         return None if len(self.laser_pose) == 1 else np.array(self.laser_pose)
 
 
-def declare_settings(node: Any, settings: SettingsT, *, read_only: bool = False) -> SettingsT:
+def declare_settings(
+    node: Any, settings: SettingsT, *, read_only: bool = False, only: Container[str] | None = None
+) -> SettingsT:
     """Declare each setting as a parameter with description and bounds, nested ones by dotted names; returns
-    the settings with ROS's overrides. ``read_only`` parameters are fixed at run time.
+    the settings with ROS's overrides. ``read_only`` parameters are fixed at run time; ``only`` names those to
+    declare, all by default.
 
     Raises UserError that names the invalid parameter.
     """
@@ -70,6 +74,7 @@ def declare_settings(node: Any, settings: SettingsT, *, read_only: bool = False)
     values = {
         name: _declared(node, name, defaults[name], field, read_only=read_only)
         for name, field in leaf_fields(type(settings))
+        if only is None or name in only
     }
     return updated(settings, values)
 

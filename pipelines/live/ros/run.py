@@ -94,8 +94,9 @@ def served(node: Any) -> Iterator[None]:
 @contextmanager
 def sister_node(node: Any, name: str) -> Iterator[Any]:
     """Yield a node in the namespace of another, with its own thread, so that its callbacks may wait without
-    blocking others."""
-    sister = rclpy.create_node(name, namespace=node.get_namespace())
+    blocking others. It keeps its name if the other is renamed by ``-r __node:=``."""
+    own_name = ["--ros-args", "-r", f"__node:={name}"]
+    sister = rclpy.create_node(name, namespace=node.get_namespace(), cli_args=own_name)
     try:
         with served(sister):
             yield sister

@@ -2,11 +2,12 @@
 
 import pickle
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.unrecognized import NotRecognizedError
@@ -17,6 +18,7 @@ from racecar.pipelines.runs.map_run import MapRun, finish_map
 from racecar.pipelines.runs.other_process import in_fresh_process
 from racecar.pipelines.runs.output_places import free_folder
 from racecar.pipelines.runs.run_context import RunContext
+from racecar.sensors.config import SensorConfig
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,12 @@ class MapOutput:
     folder: Path
     config: Config
     run: Mapping[str, Any]
+
+    def with_settings(self, sensors: SensorConfig, mapping: MappingConfig) -> "MapOutput":
+        """The same with other settings, which the report names, too."""
+        config = self.config.model_copy(update={"sensors": sensors, "mapping": mapping})
+        named = {"settings": mapping.model_dump(), "sensors": sensors.model_dump()}
+        return replace(self, config=config, run={**self.run, **named})
 
     def save(self, drives: Sequence[Mapper]) -> list[str]:
         """Finish the map of some drives and write all its files; the mappers must be stopped.

@@ -1,7 +1,7 @@
 """A node on a bus, a simulated car that drives for it, and what is heard of both."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -72,16 +72,15 @@ class Stage:
         listen(DiagnosticArray, "/diagnostics", lambda said: self.statuses.extend(said.status), 10)
         listen(transform_message_type(), "/tf", self._hear_transforms, 100, raw=True)
 
-    def localize(self, folder: Path, **start: Any) -> None:
-        """Start a localizer, which remembers poses in a folder."""
-        self.live = localizer(
-            self.bus.node("racecar_localizer"), **{"grid": ring(), "memory": folder, **start}
-        )
+    def localize(self, folder: Path, arguments: Sequence[str] = (), **start: Any) -> None:
+        """Start a localizer with ROS arguments, which remembers poses in a folder."""
+        node = self.bus.node("racecar_localizer", *arguments)
+        self.live = localizer(node, **{"grid": ring(), "memory": folder, **start})
         self.live.start()
 
-    def map(self, out: Path) -> None:
-        """Start a mapper, or go on with what one that was killed has left."""
-        self.live = mapper(self.bus.node("racecar_mapper"), out, announce=self.bus.log.append)
+    def map(self, out: Path, *arguments: str) -> None:
+        """Start a mapper with ROS arguments, or go on with what one that was killed has left."""
+        self.live = mapper(self.bus.node("racecar_mapper", *arguments), out, announce=self.bus.log.append)
         self.live.start()
 
     def kill(self) -> None:
