@@ -17,7 +17,14 @@ from racecar.pipelines.bags.converters.registry import (
     Converter,
     stamp_of,
 )
-from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading, ScanSetup, learn_reading
+from racecar.pipelines.bags.converters.scan_reading import (
+    AS_STATED,
+    Angles,
+    ScanReading,
+    ScanSetup,
+    learn_reading,
+    read_from_the_other_end,
+)
 from racecar.pipelines.bags.heard import Heard
 from racecar.pipelines.bags.motion_sources import MotionSources
 from racecar.pipelines.bags.order import after_their_motion, in_order
@@ -116,6 +123,18 @@ class BagReader:
         self._corrections = corrections
         if not corrections.uses_odometry:
             self._motion.leave_out_odometry()
+
+    def reads_from_the_other_end(self) -> bool:
+        """Take the other reading of the first sensor's angles, from the next iteration on; False unless only
+        their signs contradict each other and it was not taken yet."""
+        reading = self._readings.get(self.scan_topic, AS_STATED)
+        if reading.angles != Angles.FROM_LAST:
+            return False
+        number = next(k for k, each in enumerate(self._findings) if each.name == "angles_not_as_stated")
+        self._readings[self.scan_topic], self._findings[number] = read_from_the_other_end(
+            reading, self._findings[number]
+        )
+        return True
 
     @property
     def topics(self) -> dict[str, BagTopic]:

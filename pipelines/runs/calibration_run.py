@@ -33,6 +33,8 @@ def calibrate(reader: BagReader, context: RunContext) -> list[Finding]:
     with context.progress("Looking at the sensors", MOST) as advance_to:
         calibrator = SelfCalibrator(asks_wheels=known.odom_topic is not None)
         learned = _learn(reader, calibrator, known, advance_to)
+    if learned.turns is not None and learned.turns.is_inverted and reader.reads_from_the_other_end():
+        return calibrate(reader, context)
     corrections = learned_corrections(learned, known)
     reader.correct(corrections)
     return [*_foreseen_lag(learned, corrections), *_foreseen_gyro(learned, corrections)]

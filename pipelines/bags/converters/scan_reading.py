@@ -5,10 +5,10 @@ centimetres, and misses as a number below ``range_max``. The scans themselves sh
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,6 +72,7 @@ class Angles(Enum):
     SPREAD_DEGREES = "as spread evenly from angle_min to angle_max, in degrees"
     INCREMENT_IN_DEGREES = "with angle_min in radians and angle_increment in degrees"
     TURN = "as spread evenly over one turn"
+    FROM_LAST = "from angle_max on, by angle_increment"
 
     def first_and_increment(
         self, angle_min: float, angle_max: float, increment: float, count: int
@@ -79,6 +80,8 @@ class Angles(Enum):
         """Radians of the first beam, and from each beam to the next."""
         if self == Angles.TURN:
             return float(angle_min), float(np.copysign(_TURN / max(count, 1), increment))
+        if self == Angles.FROM_LAST:
+            return float(angle_max), float(increment)
         is_spread = self in (Angles.SPREAD, Angles.SPREAD_DEGREES)
         step = (angle_max - angle_min) / max(count - 1, 1) if is_spread else increment
         is_in_degrees = self in (Angles.DEGREES, Angles.SPREAD_DEGREES)
@@ -155,13 +158,17 @@ def _learn_angles(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[Angl
         is_new = all(abs(step - other) > 0.02 * abs(other) for other in steps.values())
         if is_new and abs(first) <= WIDEST and _NARROWEST <= abs(step) * (count - 1) <= WIDEST:
             steps[angles] = step
-    stated: dict[str, float] = {
+    stated: dict[str, Any] = {
         "beams": count,
         "first": message.angle_min,
         "step": message.angle_increment,
         "last": message.angle_max,
         "is_beyond_a_turn": _end_as_stated(message),
     }
+    if _runs_backwards(message):
+        reading = Angles.FROM_LAST
+        evidence = "as drivers of lasers that turn the other way round mean it"
+        return reading, [Finding("angles_not_as_stated", reading=reading.value, evidence=evidence, **stated)]
     if not steps:
         finding = Finding("angles_not_as_stated", spoils_map=True, reading="", evidence="", **stated)
         return Angles.STATED, [finding]
@@ -218,9 +225,27 @@ def _agree(message: "sensor_msgs__msg__LaserScan") -> bool:
 def _end_as_stated(message: "sensor_msgs__msg__LaserScan") -> bool:
     """Do angle_min, the increment and the number of beams lead to angle_max?"""
     span = message.angle_increment * (len(message.ranges) - 1)
-    off = abs(message.angle_min + span - message.angle_max)
-    tolerance = max(_LEAST_CONTRADICTION * abs(message.angle_increment), 0.01 * abs(span))
-    return bool(off <= tolerance)
+    return bool(abs(message.angle_min + span - message.angle_max) <= _tolerance(message))
+
+
+def _tolerance(message: "sensor_msgs__msg__LaserScan") -> float:
+    """Radians by which the angles of a message that agree may differ."""
+    beams = len(message.ranges) - 1
+    return abs(message.angle_increment) * max(_LEAST_CONTRADICTION, 0.01 * beams)
+
+
+def _runs_backwards(message: "sensor_msgs__msg__LaserScan") -> bool:
+    """Do only the signs contradict each other: the increment leads from angle_max to angle_min?"""
+    span = message.angle_increment * (len(message.ranges) - 1)
+    off = abs(message.angle_max + span - message.angle_min)
+    return bool(off <= _tolerance(message) and abs(span) <= WIDEST)
+
+
+def read_from_the_other_end(reading: ScanReading, finding: Finding) -> tuple[ScanReading, Finding]:
+    """The other reading of angles of which only the signs contradict each other, as the turns show it."""
+    other = replace(reading, angles=Angles.SPREAD)
+    numbers = {**finding.numbers, "reading": Angles.SPREAD.value, "evidence": "as the turns show"}
+    return other, Finding(finding.name, **numbers)
 
 
 def _straightest(

@@ -2,11 +2,14 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
+from racecar.pipelines.bags.converters.scan_reading import Angles
+from racecar.pipelines.bags.messages import LASER_SCAN
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.commands.cli import run
@@ -358,3 +361,25 @@ def test_who_only_checks_hears_of_a_lag_that_a_mapper_bears(tmp_path: Path, lag:
     assert [finding.name for finding in told] == ["odometry_lags"] * (lag > 0.0)
     for finding in told:
         assert finding.numbers == {"milliseconds": pytest.approx(200, abs=10), "side": "behind"}
+
+
+@pytest.mark.parametrize(
+    ("beams", "reading"), [(slice(None), Angles.SPREAD), (slice(None, None, -1), Angles.FROM_LAST)]
+)
+def test_turns_show_where_beams_begin_whose_angles_contradict_each_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, beams: slice, reading: Angles
+) -> None:
+    """They go up from angle_min to angle_max, and the increment down; the beams go one way or the other."""
+    plain = BagWriter.write_message
+
+    def contradicting(self: BagWriter, topic: str, kind: str, message: Any, stamp: int) -> None:
+        if kind == LASER_SCAN:
+            message.angle_increment = -message.angle_increment
+            message.ranges = message.ranges[beams].copy()
+        plain(self, topic, kind, message, stamp)
+
+    monkeypatch.setattr(BagWriter, "write_message", contradicting)
+    corrections, reader = corrections_of(Recording(told=IDENTITY), tmp_path)
+    assert corrections.uses_odometry and corrections.base_from_laser is None
+    (finding,) = [each for each in reader.findings if each.name == "angles_not_as_stated"]
+    assert (finding.numbers["reading"], finding.spoils_map) == (reading.value, False)

@@ -12,6 +12,7 @@ from racecar.pipelines.bags.converters.scan_reading import (
     ScanReading,
     ScanSetup,
     learn_reading,
+    read_from_the_other_end,
 )
 from tests.pipelines.bags.converters.test_laser_scans import UPRIGHT, message
 
@@ -83,6 +84,24 @@ def test_a_turned_increment_keeps_its_sign():
     bearings, reading, _ = bearings_of(messages)
     assert reading.angles == Angles.SPREAD
     np.testing.assert_allclose(bearings, np.linspace(-SPAN / 2, SPAN / 2, BEAMS), atol=1e-6)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("turned", [0.0, np.radians(45.0)])
+def test_where_only_the_signs_contradict_each_other_the_beams_begin_at_angle_max(side, turned):
+    messages = drive(
+        lambda ranges: ranges[:: -int(side)],
+        angle_min=turned - side * SPAN / 2,
+        angle_max=turned + side * SPAN / 2,
+        angle_increment=-side * STATED["angle_increment"],
+    )
+    bearings, reading, (finding,) = bearings_of(messages)
+    assert (reading.angles, finding.spoils_map) == (Angles.FROM_LAST, False)
+    np.testing.assert_allclose(np.sort(bearings), turned + np.linspace(-SPAN / 2, SPAN / 2, BEAMS), atol=1e-6)
+    other, told = read_from_the_other_end(reading, finding)
+    first, step = other.angles.first_and_increment(messages[0].angle_min, messages[0].angle_max, 0.0, BEAMS)
+    assert (first, np.sign(step)) == (messages[0].angle_min, side)
+    assert "as the turns show" in told.what
 
 
 def test_where_scans_do_not_decide_a_map_may_be_wrong():
