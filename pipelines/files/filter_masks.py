@@ -3,6 +3,9 @@
 Each filter has a mask, stored as an image and a YAML file like a map, and a parameter file for the two nodes
 that serve it: nav2_map_server's ``map_server`` and ``costmap_filter_info_server``. The latter's ``type`` is 0
 for keepout and 2 for speed in metres per second; a cell means ``base + multiplier * value``.
+
+The parameters name no mask, since a relative path would hold in one working directory alone, and an absolute
+one until the run is copied to the robot: ``costmap_filter.launch.xml`` names that in the run's folder.
 """
 
 from collections.abc import Sequence
@@ -45,7 +48,7 @@ def _save(mask: TiledGrid, name: str, multiplier: float, folder: Path) -> None:
     save_map(mask, folder / mask_yaml, mode="raw")  # each value unchanged
     topic = f"/{name}_filter_mask"
     parameters: dict[str, dict[str, Any]] = {
-        f"{name}_filter_mask_server": {"yaml_filename": mask_yaml, "topic_name": topic, "frame_id": "map"},
+        f"{name}_filter_mask_server": {"topic_name": topic, "frame_id": "map"},
         f"{name}_costmap_filter_info_server": {
             "type": FILTERS[name],
             "filter_info_topic": f"/{name}_costmap_filter_info",

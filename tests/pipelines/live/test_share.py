@@ -6,14 +6,19 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import numpy as np
 import pytest
 import yaml
 from typer.testing import CliRunner
 
 import racecar.pipelines.live
+from racecar.maps.grid.edits import Edit
+from racecar.maps.grid.tiled_grid import TiledGrid
+from racecar.maps.map_files import load_map
 from racecar.pipelines.commands.cli import app
+from racecar.pipelines.files.filter_masks import FILTERS, save_filter_masks
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from tests.pipelines.live.stage import localizer, mapper
 from tests.pipelines.simulation.test_driven_simulation import GRID
@@ -111,6 +116,28 @@ def test_a_launch_file_uses_its_arguments_and_names_files_that_there_are(name: s
     named = [file for text in texts for file in re.findall(r"\$\(dirname\)/(\S+)", text)]
     assert [file for file in named if not (SHARE / file).is_file()] == []
     assert f"rviz2 -d $(dirname)/{name}.rviz" in _commands(name) or name == "simulate"
+
+
+@pytest.mark.parametrize("kind", FILTERS)
+def test_a_mask_is_served_from_the_folder_of_its_run(
+    kind: Literal["keepout", "speed"], tmp_path: Path
+) -> None:
+    area = Edit(kind, np.array([[0.2, 0.2], [0.8, 0.2], [0.8, 0.8]]), limit=0.5)
+    save_filter_masks(TiledGrid({}, 20, 20, 0.05, np.zeros(3)), [area], tmp_path)
+    root = ElementTree.parse(SHARE / "costmap_filter.launch.xml").getroot()
+    values = {"kind": kind, "run": str(tmp_path), "use_sim_time": "false"}
+
+    def filled(text: str) -> str:
+        return re.sub(r"\$\(var (\w+)\)", lambda match: values[match[1]], text)
+
+    masks, told, manager = root.findall("node")
+    named = {param.get("name"): filled(param.get("value", "")) for each in (masks, manager) for param in each}
+    assert load_map(named["yaml_filename"]).cells.max() > 0
+    served = [filled(each.get("name", "")) for each in (masks, told)]
+    assert named["node_names"].split(",") == served
+    for node in (masks, told):
+        (file,) = (filled(param.get("from", "")) for param in node if param.get("from"))
+        assert list(yaml.safe_load(Path(file).read_text())) == served
 
 
 def _commands(name: str) -> list[str]:
