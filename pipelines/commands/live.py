@@ -1,6 +1,5 @@
 """``racecar live``: the ROS 2 nodes that run on the car."""
 
-import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -118,7 +117,7 @@ def localize(
     from racecar.pipelines.files.report import write_json
     from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
     from racecar.pipelines.live.ros.run import ros_node, spin
-    from racecar.pipelines.runs.interrupts import stop_request
+    from racecar.pipelines.runs.interrupts import STOP_SIGNALS, stop_request
     from racecar.pipelines.runs.other_process import start_beside
 
     if initial_pose is not None and anywhere:
@@ -133,7 +132,7 @@ def localize(
         seed=seed,
     )
     with (
-        stop_request(signal.SIGINT, signal.SIGTERM) as stop,
+        stop_request(*STOP_SIGNALS) as stop,
         _page(view, "racecar localizer", view_port, tells_places=True) as page,
         ros_node("racecar_localizer", context.obj) as node,
     ):
@@ -172,7 +171,7 @@ def map(
     json: JsonOption = None,
 ) -> None:
     """Build a map while the car drives. Ctrl-C ends the drive and saves the map; so does the service save_map
-    in between.
+    in between. However it ends, the map so far is saved.
 
     If the node was killed within the last hour, the same command goes on with that drive.
 
@@ -191,7 +190,7 @@ def map(
     from racecar.pipelines.live.saving.drive_log import DriveLog
     from racecar.pipelines.live.saving.map_saving import MapOutput
     from racecar.pipelines.live.work.free_memory import keep_memory_together
-    from racecar.pipelines.runs.interrupts import stop_request
+    from racecar.pipelines.runs.interrupts import STOP_SIGNALS, stop_request
 
     settings = load_config(config)
     tell = teller(quiet=False)
@@ -203,7 +202,7 @@ def map(
     if not anew:
         log.go_on(tell)
     with (
-        stop_request(signal.SIGINT, signal.SIGTERM) as stop,
+        stop_request(*STOP_SIGNALS) as stop,
         _page(view, "racecar mapper", view_port, tells_places=False) as page,
         ros_node("racecar_mapper", context.obj) as node,
     ):
@@ -211,16 +210,19 @@ def map(
         drive.say_what_is_not_read(context.obj)
         warm_up()
         drive.start()
-        try:
-            with suppress(KeyboardInterrupt):  # a second one right after the first means the same
-                spin(node, drive.survive, stop)
-        finally:
-            drive.stop()
-            if json is not None:
-                write_json(json, {"command": "racecar live map", **drive.summary()})
-        tell("Optimizing the map; Ctrl-C breaks that off, and keeps the drive for another time.")
-        for sentence in drive.save():
-            tell(sentence)
+        with stop.looked_for():  # to the end, since only Ctrl-C is to break off what betters the saved map
+            try:
+                with suppress(KeyboardInterrupt):  # a second one right after the first means the same
+                    spin(node, drive.survive, stop)
+            finally:
+                drive.stop()
+            drive.inform("Optimizing the map; Ctrl-C breaks that off, and keeps the drive for another time.")
+            try:
+                for sentence in drive.save():
+                    drive.inform(sentence)
+            finally:
+                if json is not None:
+                    write_json(json, {"command": "racecar live map", **drive.summary()})
         tell(f"The map is saved. {where_to_look(out, 'map.png', json)}")
 
 

@@ -1,6 +1,5 @@
 """``racecar live simulate``: a car that drives in a simulated world, for running nodes."""
 
-import signal
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -62,7 +61,7 @@ def simulate(
     from racecar.maps.map_files import load_map
     from racecar.pipelines.live.ros.run import ros_node, spin
     from racecar.pipelines.live.simulator_node import SimulatorNode
-    from racecar.pipelines.runs.interrupts import stop_request
+    from racecar.pipelines.runs.interrupts import STOP_SIGNALS, stop_request
     from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 
     seed, laser = chosen.pop("seed"), chosen.pop("laser")
@@ -72,7 +71,7 @@ def simulate(
         _put_at_start(simulation, start)
     in_namespace = ["--ros-args", "-r", f"__ns:=/{namespace.strip('/')}"] if namespace else []
     with (
-        stop_request(signal.SIGINT, signal.SIGTERM) as stop,
+        stop_request(*STOP_SIGNALS) as stop,
         ros_node("racecar_simulator", [*context.obj, *in_namespace]) as node,
     ):
         car = SimulatorNode(node, simulation, pace=pace, teleports=teleport)

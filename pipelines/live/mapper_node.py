@@ -32,6 +32,7 @@ from racecar.pipelines.live.ros.parameters import declare_settings
 from racecar.pipelines.live.saving.drive_log import AnotherDrive, DriveLog, Entry
 from racecar.pipelines.live.saving.map_saving import MapOutput
 from racecar.pipelines.live.saving.save_service import SaveService
+from racecar.pipelines.live.saving.unfinished_map import UnfinishedMap
 from racecar.pipelines.live.work.free_memory import give_back_free_memory
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
@@ -85,17 +86,19 @@ class MapperNode(LiveNode):
         self._is_mapping_logged = log.broken_off is not None
         self._is_cut_short = False
         self._drawer = Worker("drawer", self.faults, self.survive)
+        self._unfinished = UnfinishedMap(output, self.faults)
         self._display = MapperDisplay(
             node,
             self.parameters.map_frame,
             partial(GrowingGrid, config.resolution, config.rendering),
             self.side,
             self._drawer,
+            self._unfinished.show,
             view,
             self.health,
         )
         self._verdict = MapVerdict(self.side)
-        self._service = SaveService(node, output, self._request_drives, self.faults, self.inform)
+        self._service = SaveService(node, output, self._request_drives, self.faults, self._note_saved)
         self._memory_schedule = Schedule()
         self._counts: Counter[str] = Counter()
         self._held = HeldScans(self._counts)
@@ -118,7 +121,8 @@ class MapperNode(LiveNode):
         self._service.start()
 
     def stop(self) -> None:
-        """Map all messages received and stop; another Ctrl-C drops those that still wait."""
+        """Save the map as it is, map all messages received and stop; another Ctrl-C drops those that still
+        wait."""
         self._display.end("The drive is over; its map is being finished and saved.")
         ending = Thread(target=self._end, name="ending", daemon=True)
         ending.start()
@@ -137,11 +141,13 @@ class MapperNode(LiveNode):
                 self.inform(f"{left_out['scan']} scans are left out; the map shows those before.")
 
     def _end(self) -> None:
+        self._unfinished.save()
         self._service.stop()
         self.stop_learning()
         self.worker.finish()
         self._take_rest()
         self._drawer.finish()
+        self._unfinished.save()
         self.side.finish()
 
     def save(self) -> list[str]:
@@ -313,6 +319,7 @@ class MapperNode(LiveNode):
         )
 
     def _begin_another(self) -> None:
+        self._unfinished.fewest = max(self._unfinished.fewest, self._mapper.growth.keyframes)
         self._earlier.append(self._mapper)
         self._mapper = Mapper(self._output.config.mapping)
         self._display.begin_anew()
@@ -326,6 +333,10 @@ class MapperNode(LiveNode):
         is_covered = latest is not None and abs(latest - scan.stamp) < 10**9
         stated = self._stated.pose_at(scan.stamp) if is_covered else None
         self.transforms.publish(stamp, map_from_base, self._odom_frame, stated)
+
+    def _note_saved(self, sentence: str) -> None:
+        self._unfinished.leave_finished()
+        self.inform(sentence)
 
     def _request_drives(self) -> Future[bytes]:
         """All drives between two messages, pickled; fails with a UserError if there are none yet."""

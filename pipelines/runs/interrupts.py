@@ -55,11 +55,11 @@ class StopRequest:
     @contextmanager
     def looked_for(self) -> Iterator[None]:
         """Only remember a request during the block; a second Ctrl-C raises KeyboardInterrupt."""
-        self._is_looked_for = True
+        before, self._is_looked_for = self._is_looked_for, True
         try:
             yield
         finally:
-            self._is_looked_for = False
+            self._is_looked_for = before
 
     def take(self, number: int, _frame: FrameType | None) -> None:
         """Handle a signal."""

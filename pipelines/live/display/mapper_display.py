@@ -8,6 +8,7 @@ from visualization_msgs.msg import MarkerArray
 
 from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.mapping.mapper import Mapper
+from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.live.display.node_display import DrivenPath, NodeDisplay
@@ -34,12 +35,14 @@ class MapperDisplay(NodeDisplay):
         new_grid: Callable[[], GrowingGrid],
         worker: Worker,
         drawer: Worker,
+        keep: Callable[[Session, OccupancyGrid], None],
         view: "WatchScreen | None",
         health: Health,
     ) -> None:
-        """``drawer`` draws the map into a ``new_grid``, so that it need not wait for the other work."""
+        """``drawer`` draws the map into a ``new_grid``, so that it need not wait for the other work, and
+        passes it on to ``keep``."""
         super().__init__(node, map_frame, worker, view, publishes_map=True, tells_places=False)
-        self._drawer, self._health = drawer, health
+        self._drawer, self._keep, self._health = drawer, keep, health
         self._new_grid, self._grid = new_grid, new_grid()
         self._graph_topic = node.create_publisher(MarkerArray, "pose_graph", LATCHED)
 
@@ -57,11 +60,13 @@ class MapperDisplay(NodeDisplay):
         self._show_path(stamp, map_from_base)
         if self._schedule.is_due("map", _MAP_EVERY):
             draw = partial(self._grid.draw, *mapper.seen_so_far())
-            self._drawer.put("map", partial(self._publish_map, stamp, draw))
+            self._drawer.put("map", partial(self._publish_map, stamp, draw, mapper.session()))
         if self._is_wanted(self._graph_topic, _GRAPH_EVERY):
             self._publish(self._graph_topic, partial(graph_markers, stamp, self._map_frame, mapper.session()))
         self._show_in_browser(_VIEW_EVERY, scan, map_from_base)
 
-    def _publish_map(self, stamp: Any, draw: Callable[[], OccupancyGrid]) -> None:
-        self.show_map(draw(), stamp)
+    def _publish_map(self, stamp: Any, draw: Callable[[], OccupancyGrid], session: Session) -> None:
+        grid = draw()
+        self.show_map(grid, stamp)
         self._health.note("maps")
+        self._keep(session, grid)

@@ -54,11 +54,15 @@ class MapOutput:
         return unrecognized
 
     def _finished(self, mapper: Mapper, folder: Path, earlier: EarlierMap | None = None) -> MapRun:
-        context = RunContext(Report("racecar live map"))
-        context.report.add("inputs", dict(self.run))
-        run = finish_map(mapper, context, folder.name, earlier)
+        run = finish_map(mapper, RunContext(self.new_report()), folder.name, earlier)
         run.save(folder, replace=True)
         return run
+
+    def new_report(self) -> Report:
+        """A report that says what identifies the drive."""
+        report = Report("racecar live map")
+        report.add("inputs", dict(self.run))
+        return report
 
     def save_apart(self, drives: bytes) -> None:
         """The same for pickled mappers that continue, in a separate process that leaves the cores to the

@@ -29,11 +29,12 @@ class SaveService:
         output: MapOutput,
         request_drives: Callable[[], "Future[bytes]"],
         faults: Faults,
-        inform: Callable[[str], None],
+        saved: Callable[[str], None],
     ) -> None:
-        """``request_drives``: requests the current drives, pickled; may fail with a UserError."""
+        """``request_drives``: requests the current drives, pickled; may fail with a UserError. ``saved``
+        receives a sentence about each map that was saved."""
         self._node, self._output, self._request_drives = node, output, request_drives
-        self._faults, self._inform = faults, inform
+        self._faults, self._saved = faults, saved
         self._served = ExitStack()
 
     def start(self) -> None:
@@ -53,5 +54,5 @@ class SaveService:
             self._faults.report("saving", response.message, lasting=False)
             return response
         response.success, response.message = True, f"The map is saved in {self._output.folder}."
-        self._inform(response.message)
+        self._saved(response.message)
         return response

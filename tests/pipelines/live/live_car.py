@@ -145,9 +145,10 @@ class LiveCar:
         """From now on, to the end of what is recorded."""
         bus, first = self._node.bus, recorded()[0][0]
         for due, said, truth in recorded():
-            bus.at(bus.monotonic + due - first, partial(self._say, said, truth, bus.wall - first))
+            bus.at(bus.monotonic + due - first, partial(self.say, said, truth, bus.wall - first))
 
-    def _say(self, said: Scan | tuple[Odometry, Odometry], truth: Pose, wall_from_recorded: int) -> None:
+    def say(self, said: Scan | tuple[Odometry, Odometry], truth: Pose, wall_from_recorded: int) -> None:
+        """Publish something of what is recorded, stamped later by so many nanoseconds."""
         measured = said.stamp if isinstance(said, Scan) else said[0].stamp
         self.place = self.by_time[measured + wall_from_recorded] = truth
         stamp = measured + wall_from_recorded + self.shift
