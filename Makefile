@@ -5,9 +5,11 @@ PYTHON ?= python3
 BIN := .venv/bin
 WORKERS ?= 2
 
-.PHONY: install demo test docs package slow fuzz clean
+.PHONY: install live demo test docs package slow fuzz clean
 
 install: .venv/installed
+
+live: .venv/installed-ros
 
 demo: .venv/installed
 	$(BIN)/racecar demo --out demo --replace
@@ -42,6 +44,10 @@ fuzz: .venv/installed-dev
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[full]'
 	$(BIN)/python -m racecar.pipelines.commands.warm_up
+	touch $@
+
+.venv/installed-ros: .venv/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[ros]'
 	touch $@
 
 .venv/installed-dev: .venv/installed

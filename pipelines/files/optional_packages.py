@@ -15,7 +15,7 @@ def is_installed(package: str) -> bool:
 
 def how_to_install(package: str) -> str:
     """A clause for users."""
-    return f"{package} is not installed; `pip install 'racecar-slam[full]'` installs it"
+    return f"{package} is not installed; `pip install '.[full]'` in the clone of racecar-slam installs it"
 
 
 def require(package: str, purpose: str) -> None:

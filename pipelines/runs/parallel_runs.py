@@ -111,7 +111,7 @@ def _on_cluster(scheduler: str) -> Iterator[None]:
         from distributed.scheduler import KilledWorker
     except ImportError as error:
         raise UserError(
-            "--scheduler needs dask; install it with: pip install 'racecar-slam[dask]'."
+            "--scheduler needs dask; `pip install '.[dask]'` in the clone of racecar-slam installs it."
         ) from error
     for name in ("distributed", "distributed.client"):  # they log tracebacks of errors that we explain
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)

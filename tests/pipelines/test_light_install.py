@@ -100,7 +100,10 @@ def test_what_needs_more_says_what_to_install(
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
     done = without_them(*arguments)
     assert done.returncode == 2
-    assert f"{package} is not installed; `pip install 'racecar-slam[full]'` installs it." in done.stderr
+    assert (
+        f"{package} is not installed; `pip install '.[full]'` in the clone of racecar-slam installs it."
+        in done.stderr
+    )
     assert done.stderr.count("\n") == 1
 
 

@@ -55,5 +55,5 @@ def test_a_ply_without_open3d_is_refused_before_the_map_is_made(
     assert run(["map", str(bag), "--out", str(out), "--ply"]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
-    assert "open3d is not installed; `pip install 'racecar-slam[full]'`" in said
+    assert "open3d is not installed; `pip install '.[full]'` in the clone of racecar-slam" in said
     assert not out.exists()

