@@ -37,6 +37,7 @@ class Layer(NamedTuple):
 
 
 LAYERS = {
+    "floor_plan": Layer(SKY, "floor plan", 2.0),
     "keyframes": Layer(SKY, "keyframe", 7.0),
     "path": Layer(PATH, "path", 4.0),
     "driven": Layer(TRUTH, "path", 3.0),

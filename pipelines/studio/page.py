@@ -77,6 +77,7 @@ class Page:
         self.view = TopView(self.server, self._take_drag)
         self.server.scene.world_axes.visible = False
         self.server.scene.configure_default_lights(enabled=False)  # nothing is lit, and shadows cost time
+        self.server.scene.configure_environment_map(None)  # its shader takes software 6 s to compile
         self.server.scene.on_click()(cast(Any, self._click))  # may be a coroutine; its types do not say so
         dark = self.gui.add_checkbox("Dark", False, order=1e6)
         self.on_change(dark, self._paint_ground)

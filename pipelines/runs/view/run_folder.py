@@ -10,10 +10,10 @@ from racecar.mapping.graph.constraint import KINDS
 from racecar.mapping.session.session import SAME_PLACE
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import between, compose, inverse, transform_points
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_folders import finish_replacing
+from racecar.pipelines.files.floor_plan_grid import floor_plan_beside
 from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.files.run_report import RunReport, Segment, read_report
 from racecar.pipelines.files.session_file import SESSION_FILE, load_session_arrays
@@ -34,16 +34,11 @@ def load_run(folder: Path) -> Scene:
     finish_replacing(folder)
     report = read_report(folder)
     scene = _recorded_or_driven(folder, folder.absolute().name, _about(report))
-    try:
-        if scene.grid is None:
-            scene.grid = _find_grid(folder, report)
-    except UserError as error:
-        scene.about += _warning(str(error))
-    try:
-        if (folder / SESSION_FILE).is_file():
-            _add_session(scene, load_session_arrays(folder))
-    except UserError as error:
-        scene.about += _warning(str(error))
+    for add in (_add_grid, _add_floor_plan, _add_session):
+        try:
+            add(scene, folder, report)
+        except UserError as error:
+            scene.about += _warning(str(error))
     quality = report.quality
     scene.doubts = _doubts_of(quality.segments)
     scene.verdict, scene.reasons = quality.verdict or "", quality.reasons
@@ -81,13 +76,22 @@ def _are_same(driven: Trajectory, recorded: Trajectory) -> bool:
     )
 
 
-def _find_grid(folder: Path, report: RunReport) -> OccupancyGrid | None:
-    """The map in the folder, or the one that its report names, if it still exists."""
-    return load_map(folder) if (folder / "map.yaml").is_file() else report.named_map()
+def _add_grid(scene: Scene, folder: Path, report: RunReport) -> None:
+    """Unless one was recorded, add the map in the folder, or the one that its report names, if it still
+    exists."""
+    if scene.grid is None:
+        scene.grid = load_map(folder) if (folder / "map.yaml").is_file() else report.named_map()
 
 
-def _add_session(scene: Scene, arrays: Arrays) -> None:
+def _add_floor_plan(scene: Scene, folder: Path, _: RunReport) -> None:
+    scene.floor_plan = floor_plan_beside(folder)
+
+
+def _add_session(scene: Scene, folder: Path, _: RunReport) -> None:
     """Add keyframes and loop closures, and the keyframes' scans if no scans were recorded."""
+    if not (folder / SESSION_FILE).is_file():
+        return
+    arrays = load_session_arrays(folder)
     map_from_laser = arrays["map_from_keyframe"]
     map_from_base = compose(map_from_laser, arrays["keyframe_from_base"])
     places: NDArray[np.float64] = map_from_base[:, :2]

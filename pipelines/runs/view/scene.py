@@ -49,6 +49,8 @@ class Scene:
     """Markdown."""
     trajectory: Trajectory
     grid: OccupancyGrid | None = None
+    floor_plan: OccupancyGrid | None = None
+    """The plan under the map, in its frame."""
     keyframes: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
     """(K, 2) positions."""
     loops: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2, 2)))

@@ -123,6 +123,7 @@ class LookScreen(Screen):
         self._switches = {}
         absent = []
         for name, words, is_there in (
+            ("floor_plan", "Floor plan", scene.floor_plan is not None),
             ("scan", "Scan", bool(scene.sights)),
             ("keyframes", "Keyframes", len(scene.keyframes) > 0),
             ("loops", "Loop closures", len(scene.loops) > 0),

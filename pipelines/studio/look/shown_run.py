@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import transform_points
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.thinning import thinned
 from racecar.pipelines.runs.view.scene import Scene
 from racecar.pipelines.studio.layers import Layers
 from racecar.pipelines.studio.map_image import known_extent
@@ -21,6 +23,11 @@ _DOUBTFUL_DEVIATION = 0.3
 """Standard deviation in metres of the position that is painted as most doubtful: about the car's width."""
 _MARKER = 0.6
 """Size in metres of the cross at a doubtful place."""
+
+_MOST_PLAN_CELLS = 1_000_000
+"""Maximum cells of a floor plan, whose lines are dots: 60 x 40 m are drawn as finely as a map."""
+_DRAWN = 50
+"""Percent of black from which a cell of a plan is a line."""
 
 
 class PathColor(str, Enum):
@@ -111,6 +118,8 @@ class ShownRun:
         scene, layers = self.scene, self._layers
         if scene.grid is not None:
             layers.map(scene.grid)
+        if scene.floor_plan is not None:
+            layers.dots("floor_plan", _lines_of(scene.floor_plan))
         layers.segments("loops", scene.loops)
         missed = np.clip(scene.misses / _MISSED, 0.0, 1.0)
         words = f"match, missed by up to {100 * _MISSED:.0f} cm"
@@ -147,6 +156,13 @@ class ShownRun:
             particles=None if cloud is None else scene.clouds[cloud].map_from_base,
             covariance=scene.covariances[scan] if self.has_covariances else None,
         )
+
+
+def _lines_of(plan: OccupancyGrid) -> NDArray[np.float64]:
+    """(N, 2) where a floor plan is drawn on."""
+    plan = thinned(plan, _MOST_PLAN_CELLS)
+    lines: NDArray[np.float64] = plan.center_of(np.argwhere(plan.cells >= _DRAWN))
+    return lines
 
 
 def extent_of(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -16,9 +16,9 @@ from websockets.asyncio import server as websockets_server
 from websockets.asyncio.server import ServerConnection
 
 from racecar.maps.errors import UserError
+from racecar.pipelines.studio.server.changed_script import changing_script
 from racecar.pipelines.studio.server.gate import Gate
 from racecar.pipelines.studio.server.hearing import LONGEST_MESSAGE, is_heard
-from racecar.pipelines.studio.server.sent_clicks import sending_every_click
 
 _GUARDED = "1.1.1"
 """The version of viser that this was tested with."""
@@ -57,7 +57,7 @@ def _gated(gate: Gate, control_of: Callable[[str], Any]) -> Iterator[Callable[[]
 
     def serve_gated(*arguments: Any, **options: Any) -> Any:
         if "process_request" in options:
-            options["process_request"] = gate.before(sending_every_click(options["process_request"]))
+            options["process_request"] = gate.before(changing_script(options["process_request"]))
             options["create_connection"] = _connection(control_of)
             options["max_size"] = LONGEST_MESSAGE
             was_used.set()

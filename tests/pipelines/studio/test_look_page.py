@@ -98,6 +98,16 @@ def test_what_a_run_does_not_hold_is_told_instead_of_a_switch_that_does_nothing(
     assert first.endswith("no scan was recorded here")
 
 
+def test_a_floor_plan_is_drawn_where_it_lies() -> None:
+    scene = a_run()
+    lines = np.zeros((3, 3), dtype=np.int8)
+    lines[1, 2] = OCCUPIED
+    scene.floor_plan = OccupancyGrid(lines, 0.5, np.array([1.0, 2.0, np.pi / 2]))
+    with closing(Page("a plan", 0)) as page:
+        page.enter(lambda: LookScreen(page, scene))
+        np.testing.assert_allclose(page.layers._handles["floor_plan"].points[:, :2], [[0.25, 3.25]])
+
+
 @pytest.mark.slow
 def test_the_map_is_dragged_and_zoomed_and_stays_upright(chromium: Any) -> None:
     with running(lambda studio: LookScreen(studio, a_run())) as studio, opened(chromium, studio) as page:

@@ -169,6 +169,7 @@ def spoil_session(run: Path, poses: np.ndarray) -> None:
             for poses in (np.array(3.0), np.full((3, 3), np.nan), np.zeros((2, 3)))
         ),
         (lambda run: (run / "map.yaml").write_text("image: map.pgm"), "map.yaml"),
+        (lambda run: (run / "floor_plan.yaml").write_text("image: plan.png"), "resolution"),
     ],
 )
 def test_a_damaged_file_hides_nothing_else(run: Path, spoil: Callable[[Path], object], words: str) -> None:

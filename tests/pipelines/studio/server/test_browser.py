@@ -1,5 +1,6 @@
 """The page's address in a real browser, and web pages from elsewhere beside it."""
 
+import re
 import socket
 import threading
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ import pytest
 import viser
 
 from racecar.pipelines.studio.page import Page
+from racecar.pipelines.studio.server import changed_script
 from racecar.pipelines.studio.server.gate import LOOPBACK
 from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 from tests.pipelines.studio.chromium import Opened, opened, running
@@ -76,6 +78,15 @@ def watch_screen(page: Page) -> WatchScreen:
 
 
 @pytest.mark.slow
+def test_the_script_that_runs_is_the_changed_one(chromium: Any) -> None:
+    with running(watch_screen) as studio, opened(chromium, studio) as page:
+        script = max(page.tab.locator("script").all_inner_texts(), key=len)
+    for replaced in (changed_script._SENDER, changed_script._TRANSPARENT):
+        assert not re.search(replaced.removesuffix("g").strip("/"), script)
+    assert script.count("transparent:!1,side:2,map:") == 2
+
+
+@pytest.mark.slow
 def test_a_page_from_elsewhere_cannot_open_it_even_if_it_knows_the_address(chromium: Any) -> None:
     with running(watch_screen) as studio, opened(chromium, studio) as page, elsewhere() as address:
         other = chromium.new_context().new_page()
@@ -96,11 +107,11 @@ def test_it_is_opened_twice_and_reloaded_and_through_a_tunnel(chromium: Any) -> 
     with running(watch_screen) as studio, opened(chromium, studio) as page, opened(chromium, studio):
         assert len(studio.server.get_clients()) == 2
         page.tab.reload()
-        page.wait_for(lambda: page.says("The node is starting."), "the page after it was reloaded")
+        page.wait_for(lambda: page.says("The node is starting"), "the page after it was reloaded")
         with tunnel(studio.server.get_port()) as port:
             far = Opened(page.tab, studio)
             far.tab.goto(studio.address.replace(str(studio.server.get_port()), str(port)))
-            far.wait_for(lambda: far.says("The node is starting."), "the page behind a tunnel")
+            far.wait_for(lambda: far.says("The node is starting"), "the page behind a tunnel")
             page.tab.goto("about:blank")  # before the tunnel ends
 
 

@@ -1,8 +1,11 @@
-"""Make the page send every click.
+"""Change viser's script on its way to the browser, in two places.
 
-viser's page sends one message in 20 ms for clicks on the floor, one in 50 ms for the side panel, and of
-several the last one only. A busy page handles several clicks at once, and would lose all but two. Its script
-is therefore changed on its way to the browser: only a newer value of a control replaces one that waits.
+It sends one message in 20 ms for clicks on the floor, one in 50 ms for the side panel, and of several the
+last one only. A busy page handles several clicks at once, and would lose all but two. Changed, only a newer
+value of a control replaces one that waits.
+
+It draws images as if they were transparent, which takes a browser that draws in software most of the time of
+a frame. Changed, they are opaque, as a map is; their shader then has to be told when their texture has come.
 """
 
 import gzip
@@ -30,10 +33,15 @@ _SENDS_ALL = (
 )
 """The same, but it first sends the message that is kept, unless the new one is a newer value of the same
 control. A pressed button has the value true."""
-_PATCHED = f"e.textContent=code.replace({_SENDER},'{_SENDS_ALL}');".encode()
+_TRANSPARENT = r"/transparent:!0,side:2,map:(\w+),/g"
+"""How it draws an image with a texture $1, which is missing until it is unpacked."""
+_OPAQUE = "transparent:!1,side:2,map:$1,needsUpdate:!!$1,"
+_PATCHED = (
+    f"e.textContent=code.replace({_SENDER},'{_SENDS_ALL}').replace({_TRANSPARENT},'{_OPAQUE}');".encode()
+)
 
 
-def sending_every_click(answer: Answer) -> Answer:
+def changing_script(answer: Answer) -> Answer:
     """Wrap what ``answer`` serves."""
 
     def answer_changed(connection: ServerConnection, request: Request) -> Any:

@@ -10,8 +10,8 @@ import viser
 from websockets.datastructures import Headers
 from websockets.http11 import Response
 
-from racecar.pipelines.studio.server import sent_clicks
-from racecar.pipelines.studio.server.sent_clicks import sending_every_click
+from racecar.pipelines.studio.server import changed_script
+from racecar.pipelines.studio.server.changed_script import changing_script
 
 PAGE = (Path(viser.__file__).parent / "client/build/index.html").read_bytes()
 SENDER = "c.sendMessage!==null&&(i=s,n?(c.sendMessage(s),r=!1,n=!1,a=setTimeout(()=>0,t)):r=!0)"
@@ -20,7 +20,7 @@ SENDER = "c.sendMessage!==null&&(i=s,n?(c.sendMessage(s),r=!1,n=!1,a=setTimeout(
 
 def served(body: bytes, **headers: str) -> Response:
     headers = {"Content-Length": str(len(body)), **headers}
-    answer: Any = sending_every_click(lambda *_: Response(200, "OK", Headers(headers), body))
+    answer: Any = changing_script(lambda *_: Response(200, "OK", Headers(headers), body))
     response = answer(None, None)
     assert isinstance(response, Response)
     assert response.headers.get_all("Content-Length") == [str(len(response.body or b""))]
@@ -34,13 +34,13 @@ def test_the_page_of_this_viser_is_changed_in_one_place(is_packed: bool) -> None
     else:
         body = served(PAGE, **{"Content-Encoding": "identity"}).body or b""
     assert PAGE.count(b"e.textContent=code;") == 1
-    assert body == PAGE.replace(sent_clicks._RUNS, sent_clicks._PATCHED) != PAGE
+    assert body == PAGE.replace(changed_script._RUNS, changed_script._PATCHED) != PAGE
 
 
 def test_other_answers_stay_as_they_are() -> None:
     assert served(b"e.textContent=another;").body == b"e.textContent=another;"
-    assert sending_every_click(lambda *_: None)(None, None) is None  # type: ignore[arg-type]  # a socket
+    assert changing_script(lambda *_: None)(None, None) is None  # type: ignore[arg-type]  # a socket
 
 
 def test_the_sender_is_found() -> None:
-    assert len(re.findall(sent_clicks._SENDER.strip("/"), SENDER)) == 1
+    assert len(re.findall(changed_script._SENDER.strip("/"), SENDER)) == 1
