@@ -7,8 +7,8 @@ from functools import cached_property
 from racecar.mapping.session.drive_placement import Placement
 
 LEAST_METRES = 4.0
-"""Metres of path times the share of it that the map explains, from which a place counts. Chosen by judgement:
-less than a short drive of another day, which has 5.0, while wrong places of real recordings contradict the map
+"""Metres of path times the share of it that the map explains, from which a place counts. Chosen by
+judgement: a short drive of another day has 5.0. Measured: wrong places of real recordings contradict the map
 by a quarter, however much they explain."""
 _COMPARABLE = 0.5
 """Share of what the best place explains, from which another one is compared with it. Measured where half of

@@ -28,6 +28,7 @@ TRANSFORM_TYPES = (TRANSFORMS, OLD_TRANSFORMS)
 OCCUPANCY_GRID = "nav_msgs/msg/OccupancyGrid"
 PATH = "nav_msgs/msg/Path"
 ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
+BOND = "bond/msg/Status"
 POSE = "geometry_msgs/msg/PoseStamped"
 POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 POSE_ARRAY = "geometry_msgs/msg/PoseArray"
@@ -49,8 +50,8 @@ def ros1_types() -> Typestore:
 @cache
 def ros2_types() -> Typestore:
     """The ROS 2 message types; those used here are the same in every distribution. The old type of ``/tf`` is
-    added for bags converted from ROS 1, and so are commands to cars that steer and nav2's particles, which
-    the store lacks."""
+    added for bags converted from ROS 1, and so are commands to cars that steer, nav2's particles and the
+    heartbeats of bonds, which the store lacks."""
     store = get_typestore(Stores.ROS2_JAZZY)
     store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", OLD_TRANSFORMS))
     numbers = ("steering_angle", "steering_angle_velocity", "speed", "acceleration", "jerk")
@@ -60,6 +61,8 @@ def ros2_types() -> Typestore:
     particle = "nav2_msgs/msg/Particle"
     store.register(get_types_from_msg("geometry_msgs/Pose pose\nfloat64 weight", particle))
     store.register(get_types_from_msg(f"std_msgs/Header header\n{particle}[] particles", PARTICLE_CLOUD))
+    status = "string id\nstring instance_id\nbool active\nfloat32 heartbeat_timeout\nfloat32 heartbeat_period"
+    store.register(get_types_from_msg(f"std_msgs/Header header\n{status}", BOND))
     return store
 
 

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -116,6 +117,7 @@ def localize(
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.report import write_json
     from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
+    from racecar.pipelines.live.managed_node import ManagedNode
     from racecar.pipelines.live.ros.run import ros_node, spin
     from racecar.pipelines.runs.interrupts import STOP_SIGNALS, stop_request
     from racecar.pipelines.runs.other_process import start_beside
@@ -124,28 +126,38 @@ def localize(
         raise UserError("--initial-pose and --global exclude each other; give one of them.")
     loaded = load_config(config)
     start_beside(partial(warm_up_filter, loaded.localization))
-    start = LocalizerStart(
-        grid=None if map is None else load_map(map),
-        initial_pose=None if initial_pose is None else np.array(initial_pose),
-        anywhere=anywhere,
-        memory=None if no_memory else memory or state_folder(),
-        seed=seed,
-    )
+    warm_up(loaded.localization)
+    until_the_end = TemporaryDirectory()
+    folder = Path(until_the_end.name) if no_memory else memory or state_folder()
+
+    def create(page: "WatchScreen | None", node: Any, is_first: bool) -> LocalizerNode:
+        start = LocalizerStart(
+            grid=None if map is None else load_map(map),
+            initial_pose=np.array(initial_pose) if initial_pose is not None and is_first else None,
+            anywhere=anywhere and is_first,
+            memory=folder,
+            seed=seed,
+        )
+        localizer = LocalizerNode(node, loaded, start, page)
+        if is_first:
+            localizer.say_what_is_not_read(context.obj)
+        return localizer
+
     with (
+        until_the_end,
         stop_request(*STOP_SIGNALS) as stop,
         _page(view, "racecar localizer", view_port, tells_places=True) as page,
-        ros_node("racecar_localizer", context.obj) as node,
+        ros_node(
+            "racecar_localizer", context.obj, partial(ManagedNode, create=partial(create, page))
+        ) as node,
     ):
-        localizer = LocalizerNode(node, loaded, start, page)
-        localizer.say_what_is_not_read(context.obj)
-        warm_up(loaded.localization)
-        localizer.start()
+        node.bring_up()
         try:
-            spin(node, localizer.survive, stop)
+            spin(node, node.survive, stop)
         finally:
-            localizer.stop()
+            node.end()
             if json is not None:
-                write_json(json, {"command": "racecar live localize", **localizer.summary()})
+                write_json(json, {"command": "racecar live localize", **node.summary()})
                 print(where_figures_are(json))
 
 
@@ -185,6 +197,7 @@ def map(
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import write_json
+    from racecar.pipelines.live.managed_node import ManagedNode
     from racecar.pipelines.live.mapper_node import MapperNode
     from racecar.pipelines.live.ros.run import ros_node, spin
     from racecar.pipelines.live.saving.drive_log import DriveLog
@@ -201,28 +214,38 @@ def map(
     log = DriveLog(out)
     if not anew:
         log.go_on(tell)
+    warm_up()
+
+    def create(page: "WatchScreen | None", node: Any, is_first: bool) -> MapperNode:
+        mapper = MapperNode(node, output, log, page)
+        if is_first:
+            mapper.say_what_is_not_read(context.obj)
+        return mapper
+
     with (
         stop_request(*STOP_SIGNALS) as stop,
         _page(view, "racecar mapper", view_port, tells_places=False) as page,
-        ros_node("racecar_mapper", context.obj) as node,
+        ros_node("racecar_mapper", context.obj, partial(ManagedNode, create=partial(create, page))) as node,
     ):
-        drive = MapperNode(node, output, log, page)
-        drive.say_what_is_not_read(context.obj)
-        warm_up()
-        drive.start()
+        node.bring_up()
         with stop.looked_for():  # to the end, since only Ctrl-C is to break off what betters the saved map
             try:
                 with suppress(KeyboardInterrupt):  # a second one right after the first means the same
-                    spin(node, drive.survive, stop)
+                    spin(node, node.survive, stop)
             finally:
-                drive.stop()
+                node.end()
+            drive = node.live
+            if not isinstance(drive, MapperNode):
+                if log.is_saved:
+                    log.remove()
+                return
             drive.inform("Optimizing the map; Ctrl-C breaks that off, and keeps the drive for another time.")
             try:
                 for sentence in drive.save():
                     drive.inform(sentence)
             finally:
                 if json is not None:
-                    write_json(json, {"command": "racecar live map", **drive.summary()})
+                    write_json(json, {"command": "racecar live map", **node.summary()})
         tell(f"The map is saved. {where_to_look(out, 'map.png', json)}")
 
 

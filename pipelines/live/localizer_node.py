@@ -107,7 +107,7 @@ class LocalizerNode(LiveNode):
         self._source = declare_settings(node, _MapTopic(), read_only=True)
         if (pose := initial_pose(node)) is not None and start.initial_pose is None and not start.anywhere:
             start = replace(start, initial_pose=pose)
-        self._begin = start
+        self._begin, self._given, self._view = start, config, view
         self._maps_taken = 0
         self._localizer: Localizer | None = None
         self._grid: OccupancyGrid | None = None
@@ -132,6 +132,7 @@ class LocalizerNode(LiveNode):
         self._pose_topic = node.create_publisher(PoseWithCovarianceStamped, "amcl_pose", 10)
         if start.grid is not None:
             self._take_localizer(start.grid, self._new_localizer(start.grid))
+        watch_settings(node, lambda: self._config, self._on_settings)
 
     def start(self) -> None:
         """Subscribe and start the threads."""
@@ -141,9 +142,9 @@ class LocalizerNode(LiveNode):
             topic = self._source.map_topic
             node.create_subscription(OccupancyGridMessage, topic, self._on_map, LATCHED)
             self.faults.report("no_map", f"No map has arrived on {node.resolve_topic_name(topic)} yet.")
-        watch_settings(node, lambda: self._config, self._on_settings)
         super().start()
         if self._grid is not None:
+            self._display.show_map(self._grid)
             self._say_ready(self._grid)
 
     def stop(self) -> None:
@@ -151,6 +152,13 @@ class LocalizerNode(LiveNode):
         self._display.end("The node has ended")
         super().stop()
         self._remember()
+
+    def renewed(self) -> "LocalizerNode":
+        """Starts from the remembered pose, unless the car was never found."""
+        start = self._begin
+        if self._estimate is not None and self._estimate.is_place_known:
+            start = replace(start, initial_pose=None, anywhere=False)
+        return LocalizerNode(self.node, self._given, start, self._view)
 
     def figures(self) -> Mapping[str, Any]:
         """Figures of the last estimate."""
@@ -229,7 +237,6 @@ class LocalizerNode(LiveNode):
         self._memory = PoseMemory(self._begin.memory, grid) if self._begin.memory is not None else None
         self._grid, self._localizer = grid, localizer
         self._whereabouts = Whereabouts(self.inform)
-        self._display.show_map(grid)
         if before is not None:
             localizer.set_pose(before.map_from_base, before.covariance + np.diag([0.01, 0.01, 0.01]))
         elif self._begin.initial_pose is not None:
@@ -411,6 +418,7 @@ class LocalizerNode(LiveNode):
             self.faults.report(
                 "map", f"Another map has arrived, {size}; the car is located on it.", lasting=False
             )
+        self._display.show_map(grid)
         self._take_localizer(grid, localizer)
         if is_first:
             self._say_ready(grid)

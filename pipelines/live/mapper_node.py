@@ -3,7 +3,7 @@
 import pickle
 import time
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from functools import partial
 from threading import Thread
@@ -74,16 +74,24 @@ class MapperNode(LiveNode):
     }
 
     def __init__(
-        self, node: Any, output: MapOutput, log: DriveLog, view: "WatchScreen | None" = None
+        self,
+        node: Any,
+        output: MapOutput,
+        log: DriveLog,
+        view: "WatchScreen | None" = None,
+        drives: Sequence[Mapper] = (),
     ) -> None:
-        """Raises UserError that names the invalid parameter."""
+        """Goes on with the ``drives`` of another node, if there are any, or else with that of the log.
+
+        Raises UserError that names the invalid parameter.
+        """
         super().__init__(node, "mapper", output.config.sensors, moves_laser=False)
         config = declare_settings(node, output.config.mapping, read_only=True, only=_PARAMETERS)
         output = output.with_settings(self.sensor_config, config)
-        self._output, self._log, self._mapper = output, log, Mapper(config)
-        self._earlier: list[Mapper] = []
-        """Mappers of the drives before long interruptions, in order."""
-        self._is_mapping_logged = log.broken_off is not None
+        self._output, self._log, self._view = output, log, view
+        *self._earlier, self._mapper = drives or [Mapper(config)]
+        """Mappers of the drives before long interruptions, in order, and that of the last one."""
+        self._is_mapping_logged = log.broken_off is not None and not drives
         self._is_cut_short = False
         self._drawer = Worker("drawer", self.faults, self.survive)
         self._unfinished = UnfinishedMap(output, self.faults)
@@ -149,6 +157,24 @@ class MapperNode(LiveNode):
         self._drawer.finish()
         self._unfinished.save()
         self.side.finish()
+
+    def renewed(self) -> "MapperNode":
+        """Maps on."""
+        drives = [*self._earlier, self._mapper]
+        another = MapperNode(self.node, self._output, self._log, self._view, drives)
+        if (place := self.sensors.place) is not None:
+            another.sensors.remember_place(place)
+        if (last := self._mapper.last_stamp) is not None:
+            another.sensors.carry_on(last)
+        return another
+
+    def put_away(self) -> list[str]:
+        """Save the map, if there is one; the drive stays in the log, from which another node maps on."""
+        if self._mapper.last_stamp is None:
+            return []
+        said = self._output.save([*self._earlier, self._mapper])
+        self._log.close()
+        return [*said, f"The map is saved in {self._output.folder}."]
 
     def save(self) -> list[str]:
         """Finish the map of the stopped drive and write its files; returns sentences on it. If that fails or
@@ -292,6 +318,7 @@ class MapperNode(LiveNode):
         stamp, arrival = self._arrivals.pop(item.stamp)
         if self._pose is None and (last := self._mapper.last_stamp) is not None:
             seconds = max((item.stamp - last) * 1e-9, self._log.broken_off or 0.0)
+            self._log.broken_off = None
             if seconds > _LONGEST_BREAK:
                 self._leave_earlier(seconds)
         if (place := self.sensors.place) is not None:

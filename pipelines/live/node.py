@@ -114,10 +114,19 @@ class LiveNode(ABC):
             self._warn(sentence)
 
     def stop(self) -> None:
-        """Finish waiting work and stop."""
+        """Finish waiting work and stop; it cannot be started again."""
         self.stop_learning()
         self.worker.finish(10.0)
         self.side.finish(10.0)
+
+    @abstractmethod
+    def renewed(self) -> "LiveNode":
+        """Its successor on the same ROS node, not started yet, which knows what this one knew."""
+
+    def put_away(self) -> list[str]:
+        """Save what this one knows and has not saved, once it has stopped; returns sentences on it. Raises
+        UserError when that fails."""
+        return []
 
     def stop_learning(self) -> None:
         """Keep what has been learned so far, and stop learning."""

@@ -15,9 +15,16 @@ from rosbags.interfaces import Nodetype
 from racecar.pipelines.bags.messages import ros2_types
 
 _NESTED, _NESTED_SEQUENCE = 1, 145
-_KINDS = {"int32": 6, "uint32": 7, "float32": 10, "float64": 11, "string": 17}
+_KINDS = {"int32": 6, "uint32": 7, "float32": 10, "float64": 11, "bool": 15, "string": 17}
 """Field types as numbered in type_description_interfaces/FieldType."""
-_INTROSPECTED = {_KINDS["float32"]: 1, _KINDS["float64"]: 2, _NESTED: 18, _NESTED_SEQUENCE: 18}
+_INTROSPECTED = {
+    _KINDS["float32"]: 1,
+    _KINDS["float64"]: 2,
+    _KINDS["bool"]: 6,
+    _KINDS["string"]: 16,
+    _NESTED: 18,
+    _NESTED_SEQUENCE: 18,
+}
 """The field types that are described to the middleware, and its own numbers for them."""
 _NAMES = "rosidl_typesupport_introspection_c"
 _MESSAGE_BYTES = 256

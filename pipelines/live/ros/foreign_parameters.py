@@ -68,13 +68,14 @@ class ForeignParameters:
     """Those that a node was given."""
 
     def __init__(self, node: Any, foreign: ForeignNode) -> None:
-        """Sets their counterparts, unless these are given, too; must come before they are declared.
+        """Sets their counterparts, unless these are given, too, or are declared by a node before on the same
+        ROS node.
 
         Raises UserError that names a parameter of a wrong type.
         """
         self._node, self._foreign = node, foreign
         overrides: dict[str, Parameter] = node._parameter_overrides  # rclpy offers no other way
-        self._names = [*overrides]
+        self._names = [] if node.has_parameter("map_frame") else [*overrides]
         self._overruled: list[str] = []
         for name in self._names:
             ours = foreign.counterparts.get(name)
@@ -196,6 +197,6 @@ SLAM_TOOLBOX = ForeignNode(
         "position_covariance_scale, yaw_covariance_scale": "poses are published without covariance",
         "lifelong_*": "the map of every drive can be extended",
         "debug_logging, enable_interactive_mode, paused_*, localization_on_configure, restamp_tf, "
-        "use_lifecycle_manager, bond_*, localization_*": "nothing that changes the map",
+        "bond_*, localization_*": "nothing that changes the map",
     },
 )

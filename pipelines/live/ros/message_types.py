@@ -8,11 +8,11 @@ from typing import Any
 from ament_index_python import get_resource
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.bags.messages import ACKERMANN, PARTICLE_CLOUD, TRANSFORMS
+from racecar.pipelines.bags.messages import ACKERMANN, BOND, PARTICLE_CLOUD, TRANSFORMS
 from racecar.pipelines.live.ros.declared_type import declare_type
 
 _NAME = re.compile(r"([a-z][a-z0-9_]*)/msg/([A-Za-z][A-Za-z0-9]*)")
-DECLARED = (TRANSFORMS, ACKERMANN, PARTICLE_CLOUD)
+DECLARED = (TRANSFORMS, ACKERMANN, PARTICLE_CLOUD, BOND)
 """Types available without their packages, which a ROS from PyPI lacks; their messages are sent serialized."""
 
 

@@ -65,8 +65,8 @@ def declare_settings(
     node: Any, settings: SettingsT, *, read_only: bool = False, only: Container[str] | None = None
 ) -> SettingsT:
     """Declare each setting as a parameter with description and bounds, nested ones by dotted names; returns
-    the settings with ROS's overrides. ``read_only`` parameters are fixed at run time; ``only`` names those to
-    declare, all by default.
+    the settings with ROS's overrides. Those that are declared already keep their values. ``read_only``
+    parameters are fixed at run time; ``only`` names those to declare, all by default.
 
     Raises UserError that names the invalid parameter.
     """
@@ -84,6 +84,8 @@ def _declared(node: Any, name: str, default: Any, field: FieldInfo, *, read_only
 
     Raises UserError that names it when the value is out of bounds.
     """
+    if node.has_parameter(name):
+        return node.get_parameter(name).value
     descriptor = ParameterDescriptor(
         description=str(field.description), read_only=read_only, dynamic_typing=True, **_bounds(field)
     )

@@ -19,11 +19,14 @@ added to the latency of poses."""
 
 
 @contextmanager
-def ros_node(name: str, ros_arguments: list[str]) -> Iterator[Any]:
-    """Yield a ROS node. Raises UserError when the arguments after ``--ros-args`` are invalid."""
+def ros_node(
+    name: str, ros_arguments: list[str], create: Callable[[str], Any] = rclpy.create_node
+) -> Iterator[Any]:
+    """Yield the ROS node that ``create`` makes of a name. Raises UserError when the arguments after
+    ``--ros-args`` are invalid."""
     try:
         rclpy.init(args=ros_arguments, signal_handler_options=SignalHandlerOptions.NO)
-        node = rclpy.create_node(name)
+        node = create(name)
     except Exception as error:  # rclpy's exceptions differ between distributions
         rclpy.try_shutdown()
         raise UserError(f"ROS does not start: {' '.join(str(error).split())}") from error

@@ -57,7 +57,9 @@ class DriveLog:
         folder = Path(realpath(out))
         self.path = folder.parent / f"{folder.name}.drive.log"
         self.broken_off: float | None = None
-        """Seconds since the continued drive was interrupted; None for a new one."""
+        """Seconds since the drive that is to be continued was interrupted; None if there is none."""
+        self.is_saved = False
+        """Whether it holds nothing that is not in a saved map."""
         self._end = 0
         """Where the next record is written; the file is intact up to there."""
         self._file: BinaryIO | None = None
@@ -125,6 +127,13 @@ class DriveLog:
         else:
             self._write(b"A", b"")
 
+    def close(self) -> None:
+        """Close the file of a drive whose map is saved, and that may be continued."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+        self.broken_off, self.is_saved = 0.0, True
+
     def remove(self) -> None:
         """Remove the log of a drive whose map is saved."""
         if self._file is not None:
@@ -138,6 +147,7 @@ class DriveLog:
             return False
 
     def _write(self, kind: bytes, content: bytes) -> None:
+        self.is_saved = False
         if self._file is None:
             self._file = self.path.open("r+b" if self._end else "wb", buffering=0)
         record = _HEAD.pack(kind, len(content), zlib.crc32(content, kind[0])) + content

@@ -1,8 +1,11 @@
 """A simulated car that drives on a bus, and whoever tests can spoil what it says."""
 
+import time
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache, partial
+from threading import Event, Thread
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,14 +33,14 @@ def ring() -> OccupancyGrid:
 
 
 @cache
-def simulation() -> Simulation:
-    return Simulation(ring(), SimulationConfig(noise="slight", seed=0, duration=SECONDS))
+def simulation(seconds: float = SECONDS) -> Simulation:
+    return Simulation(ring(), SimulationConfig(noise="slight", seed=0, duration=seconds))
 
 
 @cache
-def recorded() -> list[tuple[int, Scan | tuple[Odometry, Odometry], Pose]]:
+def recorded(seconds: float = SECONDS) -> list[tuple[int, Scan | tuple[Odometry, Odometry], Pose]]:
     """What the car says, when, and where it truly is then."""
-    drive = simulation()
+    drive = simulation(seconds)
     truth = dict(zip(drive.ground_truth.stamps.tolist(), drive.ground_truth.map_from_base, strict=True))
     # A sweep is sent when its last beam is in.
     last_beam = round(UST_10LX.time_offsets[-1] * 1e9)
@@ -146,6 +149,26 @@ class LiveCar:
         bus, first = self._node.bus, recorded()[0][0]
         for due, said, truth in recorded():
             bus.at(bus.monotonic + due - first, partial(self.say, said, truth, bus.wall - first))
+
+    @contextmanager
+    def driving(self, seconds: float) -> Iterator[None]:
+        """During the block, by the computer's clock; after the ``seconds`` nothing more is said."""
+        is_over, all_said = Event(), recorded(seconds)
+
+        def drive() -> None:
+            first, began, wall = all_said[0][0], time.monotonic_ns(), time.time_ns()
+            for due, said, truth in all_said:
+                if is_over.wait(max(0.0, (began + due - first - time.monotonic_ns()) * 1e-9)):
+                    return
+                self.say(said, truth, wall - first)
+
+        thread = Thread(target=drive, name="car")
+        thread.start()
+        try:
+            yield
+        finally:
+            is_over.set()
+            thread.join()
 
     def say(self, said: Scan | tuple[Odometry, Odometry], truth: Pose, wall_from_recorded: int) -> None:
         """Publish something of what is recorded, stamped later by so many nanoseconds."""

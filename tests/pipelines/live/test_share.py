@@ -104,7 +104,8 @@ def test_a_launch_file_starts_a_command_that_there_is(name: str) -> None:
     flags = {word for word in own.split() if word.startswith("--")}
     shown = CliRunner().invoke(app, ["live", name, "--help"], env={"COLUMNS": "200"}).output
     assert all(flag in shown for flag in flags)
-    assert f"--params-file $(var params) {_remapped(name)}".rstrip() == ros.strip()
+    managed = "" if name == "simulate" else "-p use_lifecycle_manager:=$(var use_lifecycle_manager) "
+    assert f"--params-file $(var params) {managed}{_remapped(name)}".rstrip() == ros.strip()
 
 
 @pytest.mark.parametrize("name", NODES)

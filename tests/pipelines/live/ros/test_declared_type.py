@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from racecar.pipelines.bags.messages import ACKERMANN, PARTICLE_CLOUD, TRANSFORMS, ros2_types
+from racecar.pipelines.bags.messages import ACKERMANN, BOND, PARTICLE_CLOUD, TRANSFORMS, ros2_types
 from tests.pipelines.live.simulated_driver import ackermann_command
 
 
@@ -41,6 +41,15 @@ def test_transforms() -> None:
     assert transform.transform.translation.y == 2.0
     rotation = transform.transform.rotation
     assert 2 * np.arctan2(rotation.z, rotation.w) == pytest.approx(0.5, abs=1e-12)
+
+
+def test_heartbeats_of_bonds() -> None:
+    types = ros2_types().types
+    stamp = types["builtin_interfaces/msg/Time"](sec=5, nanosec=7)
+    header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="")
+    sent = types[BOND](header, "racecar_mapper", "0b5e", True, 4.0, 0.5)
+    received = there_and_back(BOND, bytes(ros2_types().serialize_cdr(sent, BOND)))
+    assert ros2_types().deserialize_cdr(received, BOND) == sent
 
 
 def test_commands_to_cars_that_steer() -> None:
