@@ -23,6 +23,8 @@ _NOT_USED = f"it is not used, and {_BY_SCANS_ALONE}."
 _FAULTY_ODOMETRY = f"The odometry on {{topic}} {{fault}}: {_NOT_USED}"
 _CARRIED = "If the robot was carried, no action is needed; otherwise"
 
+_SET_BEFORE = "Set the clock before the drive (chrony), and do not restart drivers while recording."
+
 COUNTED: Mapping[str, Sentences] = {
     "dropped_out_of_order": (
         "Messages dropped because their stamps are over a second out of order: {count}.",
@@ -39,11 +41,6 @@ COUNTED: Mapping[str, Sentences] = {
     "stamps_that_stood_still": (
         "Stamps that stood still while messages came, replaced by the time of recording: {count}.",
         "Restart the driver, or make it stamp each message when it is measured.",
-    ),
-    "clock_jumps": (
-        "Jumps of the stamps of a topic, because a clock was set; they are taken to go on as before: "
-        "{count}.",
-        "Set the clock before the drive (chrony), and do not restart drivers while recording.",
     ),
     "empty_scans": (
         "Scans dropped because they hold no usable beams: {count}.",
@@ -86,6 +83,11 @@ COUNTED: Mapping[str, Sentences] = {
 
 _BAG: Mapping[str, Sentences] = {
     "bag_damaged": ("{loss}", _COPY_AGAIN),
+    "recorder_set_back": (
+        "The clock was set back by {seconds:.1f} s while recording, after {at:.1f} s, as the order of the "
+        f"messages in the file shows: they are read in that order. {_GOES_ON}",
+        _SET_BEFORE,
+    ),
     "parts_not_named": (
         "Parts of the recording that {metadata} does not name are read too: {names}.",
         "`ros2 bag reindex` repairs it for other programs.",
@@ -321,6 +323,11 @@ _ODOMETRY: Mapping[str, Sentences] = {
 }
 
 _CLOCKS: Mapping[str, Sentences] = {
+    "clock_jumps": (
+        "The stamps of the messages jump by {seconds} s while recording, because a clock was set: they are "
+        "taken to go on as before.",
+        _SET_BEFORE,
+    ),
     "clock_drifts": (
         "The clock of {topic} {gains} {milliseconds:.0f} ms a second on that of {other}: by their stamps the "
         "two fit together less and less.",

@@ -8,6 +8,7 @@ from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
 from racecar.pipelines.bags.repeated_scans import RepeatedScans
 from racecar.pipelines.bags.scan_gaps import ScanGaps
 from racecar.sensors.clocks.clock_rate import ClockRate, drift_finding
+from racecar.sensors.clocks.topic_clock import SteadyClock
 from racecar.sensors.findings import Finding, counted_findings
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
@@ -15,6 +16,8 @@ from racecar.sensors.scan import Scan
 
 _CLOCK_FAULTS = ("clock_jumps", "stamps_that_stood_still", "stamps_from_recording_time")
 """Counts of messages without a time in their header, or after the clock was set."""
+_SAME = 1.0
+"""Seconds within which the clocks of recorder and messages were set at once, as for `TopicClock`."""
 
 
 class Heard:
@@ -22,6 +25,8 @@ class Heard:
 
     def __init__(self) -> None:
         self.messages = 0
+        self.clock = SteadyClock()
+        """Shared by all topics; set with what is known about it in advance."""
         self.counts: Counter[str] = Counter()
         self.scans, self.odometry, self.yaw_rates = ScanFacts(), OdometryFacts(), YawRateFacts()
         self._gaps, self._repeats, self._spikes = ScanGaps(), RepeatedScans(), OdometrySpikes()
@@ -56,13 +61,17 @@ class Heard:
             self.counts["yaw_rates"] += 1
         return True
 
-    def findings(self, scan_topic: str, motion_topics: Sequence[str | None]) -> list[Finding]:
-        """Findings for the user; the clocks of the topics are compared."""
+    def findings(
+        self, scan_topic: str, motion_topics: Sequence[str | None], set_backs: Sequence[float] = ()
+    ) -> list[Finding]:
+        """Findings for the user; the clocks of the topics are compared. ``set_backs`` are the seconds by
+        which the recorder's clock was set back, which is told elsewhere."""
         return [
             *self._gaps.findings,
             *self._repeats.findings,
             *self._spikes.findings,
             *counted_findings(self.counts),
+            *self._clock_jumps(set_backs),
             *self._clock_drifts(scan_topic, motion_topics),
             *self.scans.findings,
             *self.odometry.findings,
@@ -75,6 +84,12 @@ class Heard:
         counts = {"scans": 0, "odometry": 0, **self.counts}
         counts |= {"gaps": self._gaps.count, "unreadable_messages": unreadable}
         return {name: count for name, count in counts.items() if count or name in ("scans", "odometry")}
+
+    def _clock_jumps(self, set_backs: Sequence[float]) -> list[Finding]:
+        jumps = [
+            f"{jump:+.1f}" for jump in self.clock.jumps if all(abs(jump + each) > _SAME for each in set_backs)
+        ]
+        return [Finding("clock_jumps", seconds=", ".join(jumps))] if jumps else []
 
     def _clock_drifts(self, scan_topic: str, motion_topics: Sequence[str | None]) -> list[Finding]:
         """The first drift of a topic against the scans, unless a clock was set or showed no time."""

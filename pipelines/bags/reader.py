@@ -252,7 +252,11 @@ class BagReader:
             *self._findings,
             *self._place_findings,
             *self._corrections.findings,
-            *self.heard.findings(self.scan_topic, (self.odom_topic, self.imu_topic)),
+            *self.heard.findings(
+                self.scan_topic,
+                (self.odom_topic, self.imu_topic),
+                [by * 1e-9 for _, by in self._store.set_backs],
+            ),
         ]
 
     @property
@@ -368,7 +372,7 @@ class BagReader:
         """A clock for each chosen topic; a topic without stamps of its own uses that of the other."""
         chosen = [*self._scans, *(each for each in (self._motion.imu, self._motion.odometry) if each)]
         known = [samples.clock_offset for samples in chosen if samples.clock_offset is not None]
-        shared = SteadyClock(offset=known[0] if known else 0)
+        shared = self.heard.clock = SteadyClock(offset=known[0] if known else 0)
         clocks: dict[str, RecordedStamps[tuple[str, Any]]] = {
             samples.topic.name: RecordedStamps(
                 shared, self.heard.counts, trusts_headers=samples.clock_offset is not None

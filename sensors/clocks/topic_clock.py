@@ -59,6 +59,8 @@ class SteadyClock:
         """``offset``: steady time minus arrival time, used until a header shows it."""
         self.after: int | None = None
         """The last steady stamp of a resumed drive, in nanoseconds."""
+        self.jumps: list[float] = []
+        """Seconds by which clocks were set; those of several topics at once are one."""
         self._lock = Lock()
         self._shifts = [0]
         self._offset = offset
@@ -73,6 +75,12 @@ class SteadyClock:
                 return nearest
             self._shifts = [*self._shifts[-9:], shift]
             return shift
+
+    def note_jump(self, seconds: float) -> None:
+        """Note by how much a topic's clock was set."""
+        with self._lock:
+            if all(abs(seconds - known) * 1e9 >= _SAME for known in self.jumps):
+                self.jumps = [*self.jumps[-9:], seconds]
 
     def first_shift(self, header: int, arrival: int) -> int:
         """The initial shift: that of the other topics, if this header's clock was set with theirs. It also
@@ -223,7 +231,7 @@ class TopicClock:
         if self._last is None or abs(seen.header + self._correction - shift - expected) >= _SAME:
             shift = self._shared.nearest_shift(seen.header + self._correction - expected)
         if shift != self._shift and self._last is not None:
-            self._reports.jumped((shift - self._shift) * 1e-9)
+            self._note_jump(shift - self._shift)
         self._shift, self._last, self._suspected = shift, seen, []
 
     def _is_believed(self, seen: "_Seen") -> bool:
@@ -259,6 +267,10 @@ class TopicClock:
                 return
             jump = self._ahead(suspected)
         self._shift = self._shared.nearest_shift(self._shift + jump)
+        self._note_jump(jump)
+
+    def _note_jump(self, jump: int) -> None:
+        self._shared.note_jump(jump * 1e-9)
         self._reports.jumped(jump * 1e-9)
 
     def _compare(self, arrival: int, offset: int) -> None:

@@ -8,18 +8,23 @@ holds only those that overlap, however long the bag.
 import heapq
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import count, zip_longest
+from itertools import count, pairwise, zip_longest
 from pathlib import Path
 
 from racecar.pipelines.bags.storage.compression import Allowance, decompress_what_is_there
+from racecar.pipelines.bags.storage.recorder_clock import SET_BACK, set_backs
 
 RawMessage = tuple[str, int, bytes]
 """Topic, recording time in nanoseconds, serialized message."""
 _MOST_HELD = 128 << 20
 """Limit in bytes on messages held back for chunks that begin before them, so memory suffices. A second of
 many lasers takes a hundredth of it."""
+
+_MOST_SET_BACK = 20
+"""Chunks of a file that are looked into for a clock that was set back, so that opening it takes seconds even
+where the times of a topic are in disorder throughout. Chosen by judgement."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,22 @@ class Chunk:
     end_time: int = -1
     counts: Counter[int] = field(default_factory=Counter)
     """Messages by channel id."""
+    goes_back: bool = False
+    """Whether the time of a channel goes back, in it or since an earlier chunk."""
+    delay: int = 0
+    """Nanoseconds by which the recorder's clock had been set back before."""
+    set_backs: list[tuple[int, int]] = field(default_factory=list)
+    """Where it was set back in this chunk, as `recorder_clock.set_backs` of its messages."""
+
+    def postpone(self, nanoseconds: int) -> None:
+        """Add to all times."""
+        self.delay += nanoseconds
+        self.start_time += nanoseconds
+        self.end_time += nanoseconds
+
+    def steady(self, index: int, time: int) -> int:
+        """The time of a message as if the recorder's clock had never been set back."""
+        return time + self.delay + sum(by for first, by in self.set_backs if index >= first)
 
     def note(self, channel: int, first_time: int, last_time: int, count: int = 1) -> None:
         """Add ``count`` messages of a channel."""
@@ -91,6 +112,13 @@ class BagFile(ABC):
         self.path = path
         self.damage: Damage | None = None
         """What is missing; known once everything was read, if not earlier."""
+        self.set_backs: list[tuple[int, int]] = []
+        """When the recorder's clock was set back, on the steady time that messages have, and by how much, in
+        nanoseconds."""
+
+    @abstractmethod
+    def delay(self, nanoseconds: int) -> None:
+        """Add to all times, as the recorder's clock was set back in an earlier file."""
 
     @property
     @abstractmethod
@@ -124,6 +152,7 @@ class ChunkedFile(BagFile):
         self.channels: dict[int, BagTopic] = {}
         self.chunks: list[Chunk] = []
         self._lost: dict[tuple[int, int], int] = {}
+        self._latest: dict[int, int] = {}
         self._file = path.open("rb")
         self._file_size = path.stat().st_size
 
@@ -179,6 +208,41 @@ class ChunkedFile(BagFile):
         """As in the base class."""
         return sum(self._lost.values())
 
+    def delay(self, nanoseconds: int) -> None:
+        """As in the base class."""
+        for chunk in self.chunks:
+            chunk.postpone(nanoseconds)
+        self.set_backs = [(time + nanoseconds, by) for time, by in self.set_backs]
+
+    def _note(self, chunk: Chunk, channel: int, times: Sequence[int]) -> None:
+        """Add a channel's messages to a chunk, in the order of the file."""
+        line = [self._latest.get(channel, times[0]), *times]
+        chunk.goes_back = chunk.goes_back or any(after < time - SET_BACK for time, after in pairwise(line))
+        self._latest[channel] = times[-1]
+        chunk.note(channel, min(times), max(times), len(times))
+
+    def _follow_clock(self, allowance: Allowance) -> None:
+        """Find out where the recorder's clock was set back, and delay what follows."""
+        doubtful = [number for number, chunk in enumerate(self.chunks) if chunk.goes_back]
+        for number in doubtful[:_MOST_SET_BACK]:
+            before = self._moments(self.chunks[number - 1], allowance) if number else []
+            here = self._moments(self.chunks[number], allowance)
+            after = self._moments(self.chunks[number + 1], allowance) if self.chunks[number + 1 :] else []
+            for index, by in set_backs([*before, *here, *after]):
+                if 0 <= (first := index - len(before)) < len(here):
+                    chunk = self.chunks[number]
+                    chunk.set_backs.append((first, by))
+                    times = [chunk.steady(at, time) for at, (_, time) in enumerate(here)]
+                    chunk.start_time, chunk.end_time = min(times), max(times)
+                    self.set_backs.append((times[first], by))
+                    for later in self.chunks[number + 1 :]:
+                        later.postpone(by)
+
+    def _moments(self, chunk: Chunk, allowance: Allowance) -> list[tuple[int, int]]:
+        """Channel and time of the messages in a chunk, in the order of the file."""
+        found = self._messages_in(self._content(chunk, allowance))
+        return [(channel, time) for time, channel, _ in found]
+
     def _note_losses(self, chunk: Chunk, wanted: Collection[int], loaded: Counter[int]) -> None:
         for channel in wanted:
             if loaded[channel] < chunk.counts[channel]:
@@ -189,7 +253,11 @@ class ChunkedFile(BagFile):
     ) -> list[tuple[int, int, bytes]]:
         """Time, channel and content of readable messages in a chunk, for the wanted channels."""
         found = self._messages_in(self._content(chunk, allowance))
-        return [(time, channel, bytes(data)) for time, channel, data in found if channel in wanted]
+        return [
+            (chunk.steady(index, time), channel, bytes(data))
+            for index, (time, channel, data) in enumerate(found)
+            if channel in wanted
+        ]
 
     def _messages_in(self, content: bytes | bytearray) -> Iterator[tuple[int, int, memoryview]]:
         """Time, channel and content of readable messages in the content of a chunk."""

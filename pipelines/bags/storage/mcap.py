@@ -74,6 +74,7 @@ class McapFile(ChunkedFile):
         self._allowance = Allowance(self._file_size)
         end = self._scan(len(MAGIC))
         self._learn_last(may_lack_index=True)
+        self._follow_clock(self._allowance)
         if end is None:
             self.damage = Damage(path.name, "is cut off", self._file_size, None)
         elif end < self._file_size:
@@ -149,14 +150,14 @@ class McapFile(ChunkedFile):
             return
         elif operation == _MESSAGE:
             channel, _, time, _ = _message_head.unpack(self._read_at(begin, _message_head.size))
-            self._loose_chunk(begin - 9, size + 9).note(channel, time, time)
+            self._note(self._loose_chunk(begin - 9, size + 9), channel, [time])
         elif operation == _MESSAGE_INDEX and self.chunks and size > 6:
             if self.chunks[-1] is self._looked_into:
                 return
             content = self._read_at(begin, size)
             channel = int.from_bytes(content[:2], "little")
-            times = np.frombuffer(content, dtype="<u8", offset=6)[::2]
-            self.chunks[-1].note(channel, int(times.min()), int(times.max()), len(times))
+            times, places = np.frombuffer(content, dtype="<u8", offset=6).reshape(-1, 2).T
+            self._note(self.chunks[-1], channel, times[np.argsort(places, kind="stable")].tolist())
         elif operation in (_SCHEMA, _CHANNEL):
             self._take_description(operation, memoryview(self._read_at(begin, size)))
 
@@ -209,7 +210,7 @@ class McapFile(ChunkedFile):
         for operation, content in _records(records):
             if operation == _MESSAGE:
                 channel, _, time, _ = _message_head.unpack_from(content)
-                chunk.note(channel, time, time)
+                self._note(chunk, channel, [time])
             else:
                 with suppress(*_GARBAGE):
                     self._take_description(operation, content)

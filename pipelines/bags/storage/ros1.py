@@ -77,6 +77,7 @@ class Ros1File(ChunkedFile):
             raise UserError(f"{path} is not a ROS 1 bag of format 2.0; `rosbag migrate` converts older ones.")
         end = self._scan(len(_FIRST_LINE))
         self.damage = self._find_damage(end)
+        self._follow_clock(self._allowance)
 
     def _scan(self, position: int) -> int:
         """Find chunks and connections; returns the number of bytes in readable records."""
@@ -162,7 +163,7 @@ class Ros1File(ChunkedFile):
         if len(table):
             times = table[:, 0].astype(np.int64) * 1_000_000_000 + table[:, 1]
             channel = _uint32.unpack(fields[b"conn"])[0]
-            self.chunks[-1].note(channel, int(times.min()), int(times.max()), len(times))
+            self._note(self.chunks[-1], channel, times.tolist())
 
     def _take_connection(self, fields: dict[bytes, bytes], content: bytes) -> None:
         details = _header_fields(content)
@@ -188,7 +189,7 @@ class Ros1File(ChunkedFile):
         last = self.chunks[-1]
         last.counts.clear()
         for time, channel, _ in self._messages_in(self._content(last, self._allowance)):
-            last.note(channel, time, time)
+            self._note(last, channel, [time])
         if not all(channel in self.channels for channel in last.counts):
             self._learn_channels(last)
 

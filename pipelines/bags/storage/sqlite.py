@@ -10,9 +10,16 @@ from typing import Any
 
 from racecar.pipelines.bags.storage.chunks import BagFile, BagTopic, RawMessage
 from racecar.pipelines.bags.storage.compression import require_space
+from racecar.pipelines.bags.storage.recorder_clock import SET_BACK, set_backs
 from racecar.pipelines.bags.storage.sqlite_pages import SqlitePages
 
 _log = logging.getLogger(__name__)
+
+_MOST_SET_BACK = 20
+"""Rows before which time goes back that are looked at, so that disorder throughout costs little. Chosen by
+judgement."""
+_ROWS_AROUND = 100
+"""Rows before and after one, enough to see whether a clock was set back there."""
 
 
 def open_sqlite(path: Path) -> BagFile:
@@ -55,6 +62,8 @@ class SqliteFile(BagFile):
         super().__init__(path)
         self._pages: SqlitePages | None = None
         self._read = self._announced = 0
+        self._time = "timestamp"
+        """SQL for the steady time of a message."""
         # Immutable: takes no lock and writes nothing next to the file.
         address = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
         self._connection = sqlite3.connect(address, uri=True, check_same_thread=False)
@@ -63,7 +72,8 @@ class SqliteFile(BagFile):
             self._connection.execute("PRAGMA trusted_schema = OFF")
             self._require_tables()
             self._topics = self._topics_by_number()
-            ((start_time,),) = self._rows("SELECT MIN(timestamp) FROM messages")
+            self._follow_clock()
+            ((start_time,),) = self._rows(f"SELECT MIN({self._time}) FROM messages")
             self._start_time = start_time if isinstance(start_time, int) else 0
         except BaseException:
             self._connection.close()
@@ -92,10 +102,10 @@ class SqliteFile(BagFile):
             if topic.name in topics and topics[topic.name].takes(topic)
         }
         places = ",".join("?" * len(wanted))
-        query = f"SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({places})"
+        query = f"SELECT topic_id, {self._time} AS time, data FROM messages WHERE topic_id IN ({places})"
         last_time = read = 0
         try:
-            for number, time, data in self._rows(f"{query} ORDER BY timestamp, rowid", list(wanted)):
+            for number, time, data in self._rows(f"{query} ORDER BY time, rowid", list(wanted)):
                 if isinstance(time, int) and isinstance(data, bytes):
                     last_time, read = time, read + 1
                     yield wanted[number].name, time, data
@@ -112,6 +122,29 @@ class SqliteFile(BagFile):
         self._connection.close()
         if self._pages is not None:
             self._pages.close()
+
+    def delay(self, nanoseconds: int) -> None:
+        """As in the base class."""
+        self._time = f"({self._time} + {nanoseconds})"
+        self._start_time += nanoseconds
+        self.set_backs = [(time + nanoseconds, by) for time, by in self.set_backs]
+
+    def _follow_clock(self) -> None:
+        """Find out where the recorder's clock was set back, and delay what follows."""
+        steps = "SELECT rowid, timestamp - LAG(timestamp) OVER (ORDER BY rowid) AS step FROM messages"
+        backwards = f"SELECT rowid FROM ({steps}) WHERE step < {-SET_BACK} LIMIT {_MOST_SET_BACK}"
+        around = (
+            "SELECT rowid, topic_id, timestamp FROM messages WHERE rowid BETWEEN ? AND ? "
+            "AND TYPEOF(topic_id) = 'integer' AND TYPEOF(timestamp) = 'integer' ORDER BY rowid"
+        )
+        delay = 0
+        for (row,) in list(self._rows(backwards)):
+            rows = list(self._rows(around, [row - _ROWS_AROUND, row + _ROWS_AROUND]))
+            for index, by in set_backs([(topic, time) for _, topic, time in rows]):
+                if rows[index][0] == row:
+                    delay += by
+                    self._time += f" + (rowid >= {row}) * {by}"
+                    self.set_backs.append((rows[index][2] + delay, by))
 
     def _salvage(self) -> SqlitePages:
         if self._pages is None:

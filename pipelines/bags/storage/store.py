@@ -19,13 +19,11 @@ from racecar.pipelines.bags.storage.compression import (
 )
 from racecar.pipelines.bags.storage.folder import METADATA, BagFolder, read_folder
 from racecar.pipelines.bags.storage.formats import file_format, is_packed
+from racecar.pipelines.bags.storage.recorder_clock import LATEST
 from racecar.pipelines.bags.storage.sqlite import has_log, with_log
 from racecar.sensors.findings import Finding
 
 _log = logging.getLogger(__name__)
-
-_LATEST = 1 << 62
-"""Nanoseconds since 1970, in the year 2116; later times are damaged. Two of them add up within 64 bits."""
 
 
 class BagStore:
@@ -49,6 +47,10 @@ class BagStore:
         except BaseException:
             self.close()
             raise
+        delay = 0
+        for part in self._parts:
+            part.delay(delay)
+            delay += sum(by for _, by in part.set_backs)
         self._parts.sort(key=lambda part: part.start_time)
         self._all_topics = [topic for part in self._parts for topic in part.topics]
         self.topics = _merged(self._all_topics)
@@ -84,6 +86,9 @@ class BagStore:
         ):
             if files:
                 notes.append(Finding(name, metadata=METADATA, names=", ".join(file.name for file in files)))
+        for time, by in self.set_backs:
+            at = (time - self.start_time) * 1e-9
+            notes.append(Finding("recorder_set_back", seconds=by * 1e-9, at=at))
         for topic in self._all_topics:
             main = self.topics[topic.name]
             if topic.message_count and not main.takes(topic):
@@ -97,6 +102,12 @@ class BagStore:
                     )
                 )
         return notes
+
+    @property
+    def set_backs(self) -> list[tuple[int, int]]:
+        """When the recorder's clock was set back, and by how much; nanoseconds. Later messages are delayed by
+        that, so that their times go on."""
+        return sorted(each for part in self._parts for each in part.set_backs)
 
     @property
     def unreadable_messages(self) -> int:
@@ -115,7 +126,7 @@ class BagStore:
         for topic, time, data in _in_order_of_time(self._parts, wanted):
             if wanted[topic].encoding == "cdr" and data.startswith(ZSTD_MAGIC):
                 data = bytes(decompress_what_is_there(data, "zstd", allowance))
-            yield topic, min(max(time, 0), _LATEST), data
+            yield topic, min(max(time, 0), LATEST), data
 
     def _open(self) -> None:
         if not self.path.is_dir():
