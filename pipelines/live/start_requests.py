@@ -15,6 +15,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.settings import Settings
 from racecar.pipelines.bags.messages import frame_name
+from racecar.pipelines.live.ros.message_types import service_class
 from racecar.pipelines.live.ros.messages import start_pose
 from racecar.pipelines.live.ros.parameters import declare_settings
 from racecar.pipelines.live.work.worker import Worker
@@ -60,8 +61,8 @@ def initial_pose(node: Any) -> Pose | None:
 
 
 class StartRequests:
-    """Passes requests from the topics ``initialpose`` and ``clicked_point`` and the service
-    ``reinitialize_global_localization`` to the localizer."""
+    """Passes requests from the topics ``initialpose`` and ``clicked_point``, and from services called as
+    AMCL's, to the localizer."""
 
     def __init__(
         self,
@@ -78,11 +79,14 @@ class StartRequests:
         self._clicked_radius = declare_settings(node, _Clicks(), read_only=True).clicked_radius
 
     def start(self) -> None:
-        """Create the subscriptions and the service."""
+        """Create the subscriptions and the services."""
         node = self._node
         node.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, 10)
         node.create_subscription(PointStamped, "clicked_point", self._on_clicked_point, 10)
         node.create_service(Empty, "reinitialize_global_localization", self._on_global)
+        node.create_service(Empty, "request_nomotion_update", self._on_update)
+        if (kind := service_class("nav2_msgs", "SetInitialPose")) is not None:
+            node.create_service(kind, "set_initial_pose", self._on_set_initial_pose)
 
     def start_from(self, map_from_base: Pose, covariance: NDArray[np.float64] | None) -> None:
         """Start from a pose (3,) with a covariance (3, 3), None for that of the settings; runs in the
@@ -104,6 +108,14 @@ class StartRequests:
             self.start_from(pose, covariance)
 
         self._worker.put("place", work, _MOST_WAITING)
+
+    def _on_set_initial_pose(self, request: Any, response: Any) -> Any:
+        self._on_initial_pose(request.pose)
+        return response
+
+    def _on_update(self, _request: Any, response: Any) -> Any:
+        self._inform("An update without motion need not be requested: scans count while the car stands, too.")
+        return response
 
     def _on_clicked_point(self, message: Any) -> None:
         def work() -> None:

@@ -26,14 +26,25 @@ def message_class(name: str) -> Any | None:
     if parts is None:
         return None
     package, kind = parts.groups()
-    try:
-        get_resource("rosidl_interfaces", package)
-        return getattr(import_module(f"{package}.msg"), kind, None)
-    except (LookupError, OSError, ImportError):
-        pass
+    found = _installed(package, "msg", kind)
+    if found is not None:
+        return found
     try:
         return declare_type(name) if name in DECLARED else None
     except (OSError, AttributeError, ImportError):
+        return None
+
+
+def service_class(package: str, kind: str) -> Any | None:
+    """The class of a service such as ``std_srvs``, ``Empty``; None if this ROS lacks its package."""
+    return _installed(package, "srv", kind)
+
+
+def _installed(package: str, module: str, kind: str) -> Any | None:
+    try:
+        get_resource("rosidl_interfaces", package)
+        return getattr(import_module(f"{package}.{module}"), kind, None)
+    except (LookupError, OSError, ImportError):
         return None
 
 

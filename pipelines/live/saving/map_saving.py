@@ -1,16 +1,20 @@
 """Save the map of a drive, at its end or while it continues."""
 
 import pickle
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.unrecognized import NotRecognizedError
+from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.map_outputs import MAP_NAMES
@@ -63,6 +67,18 @@ class MapOutput:
         report = Report("racecar live map")
         report.add("inputs", dict(self.run))
         return report
+
+    def copy_map(self, yaml_path: Path) -> None:
+        """Copy the saved map to a YAML file elsewhere, and its image beside it. Raises UserError when they
+        cannot be written."""
+        header = yaml.safe_load((self.folder / "map.yaml").read_text(encoding="utf-8"))
+        image = self.folder / header["image"]
+        copied = yaml_path.with_name(yaml_path.stem + image.suffix)
+        with write_atomically(copied) as partial:
+            shutil.copyfile(image, partial)
+        with write_atomically(yaml_path) as partial:
+            header = {**header, "image": copied.name}
+            partial.write_text(yaml.safe_dump(header, sort_keys=False, default_flow_style=None), "utf-8")
 
     def save_apart(self, drives: bytes) -> None:
         """The same for pickled mappers that continue, in a separate process that leaves the cores to the

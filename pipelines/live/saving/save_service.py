@@ -1,20 +1,27 @@
-"""The service ``save_map``: save the map so far while the drive continues."""
+"""The service ``save_map``, and those that nav2 and slam_toolbox have for it: save the map so far while the
+drive continues."""
 
 from collections.abc import Callable
 from concurrent.futures import Future, TimeoutError
 from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from std_srvs.srv import Trigger
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.pipelines.live.ros.message_types import service_class
 from racecar.pipelines.live.ros.run import sister_node
 from racecar.pipelines.live.saving.map_saving import MapOutput
 
 _ANSWER_SECONDS = 120.0
 """Seconds to wait for the mapper, which may be closing loops. Chosen by judgement: it is never behind for
 longer."""
+
+_SUCCESS, _FAILURE = 0, 255
+"""Results by definition of slam_toolbox's services."""
 
 
 class SaveService:
@@ -29,30 +36,82 @@ class SaveService:
         output: MapOutput,
         request_drives: Callable[[], "Future[bytes]"],
         faults: Faults,
-        saved: Callable[[str], None],
+        saved: Callable[[str, Path], None],
     ) -> None:
         """``request_drives``: requests the current drives, pickled; may fail with a UserError. ``saved``
-        receives a sentence about each map that was saved."""
+        receives a sentence about each map that was saved, and its folder."""
         self._node, self._output, self._request_drives = node, output, request_drives
         self._faults, self._saved = faults, saved
         self._served = ExitStack()
 
     def start(self) -> None:
-        """Create the service."""
+        """Create the services whose types this ROS has."""
         saver = self._served.enter_context(sister_node(self._node, "racecar_map_saver"))
         saver.create_service(Trigger, "save_map", self._on_save)
+        for package, kind, name, answer in (
+            ("nav2_msgs", "SaveMap", "map_saver/save_map", self._on_nav2_save),
+            ("slam_toolbox", "SaveMap", "slam_toolbox/save_map", self._on_slam_toolbox_save),
+            ("slam_toolbox", "SerializePoseGraph", "slam_toolbox/serialize_map", self._on_serialize),
+        ):
+            if (service := service_class(package, kind)) is not None:
+                saver.create_service(service, name, answer)
 
     def stop(self) -> None:
         """Finish saving and stop."""
         self._served.close()
 
     def _on_save(self, _request: Any, response: Any) -> Any:
-        try:
-            self._output.save_apart(self._request_drives().result(_ANSWER_SECONDS))
-        except (UserError, OSError, RuntimeError, TimeoutError) as error:
-            response.success, response.message = False, f"The map was not saved: {error}"
-            self._faults.report("saving", response.message, lasting=False)
-            return response
-        response.success, response.message = True, f"The map is saved in {self._output.folder}."
-        self._saved(response.message)
+        response.success, response.message = self._save()
         return response
+
+    def _on_nav2_save(self, request: Any, response: Any) -> Any:
+        """Image and thresholds are those of the settings."""
+        resolve = self._node.resolve_topic_name
+        if request.map_topic and resolve(request.map_topic) != resolve("map"):
+            response.result = False
+            self._fail(f"it is on {resolve('map')}, and {request.map_topic} is another's.")
+        else:
+            response.result = self._save(copy=request.map_url)[0]
+        return response
+
+    def _on_slam_toolbox_save(self, request: Any, response: Any) -> Any:
+        is_saved = self._save(copy=request.name.data)[0]
+        if hasattr(response, "result"):  # not in the first distributions
+            response.result = _SUCCESS if is_saved else _FAILURE
+        return response
+
+    def _on_serialize(self, request: Any, response: Any) -> Any:
+        folder = Path(request.filename) if request.filename else self._output.folder
+        response.result = _SUCCESS if self._save(folder)[0] else _FAILURE
+        return response
+
+    def _save(self, folder: Path | None = None, copy: str = "") -> tuple[bool, str]:
+        """Save the run to its own folder or another one, and its map also as the YAML file ``copy``, as
+        map_saver names it: a path with or without its ending, or an URL. Returns whether that succeeded, and
+        a sentence."""
+        output = self._output if folder is None else replace(self._output, folder=folder.absolute())
+        places = [str(output.folder)]
+        try:
+            target = _yaml_path(copy) if copy else None
+            output.save_apart(self._request_drives().result(_ANSWER_SECONDS))
+            if target is not None:
+                output.copy_map(target)
+                places.append(str(target))
+        except (UserError, OSError, RuntimeError, TimeoutError) as error:
+            return False, self._fail(str(error))
+        sentence = f"The map is saved in {' and as '.join(places)}."
+        self._saved(sentence, output.folder)
+        return True, sentence
+
+    def _fail(self, reason: str) -> str:
+        sentence = f"The map was not saved: {reason}"
+        self._faults.report("saving", sentence, lasting=False)
+        return sentence
+
+
+def _yaml_path(name: str) -> Path:
+    """Raises UserError if the name is not one of a file."""
+    path = name.removeprefix("file://")
+    if "://" in path:
+        raise UserError(f"{name} is not the name of a file; give a path, or file:// and a path.")
+    return Path(path if path.endswith(".yaml") else f"{path}.yaml").absolute()
