@@ -15,6 +15,7 @@ from racecar.pipelines.studio.palette import BY_DOUBT, DARK, LIGHT, SCAN, STRIP,
 
 _STYLE = f"""<style>
 #root {{ height: calc(100% - {STRIP}px - var(--bar, 0px)) !important; }}
+[data-mantine-color-scheme] {{ --mantine-color-dimmed: var(--mantine-color-text) !important; }}
 canvas[data-engine] {{ background: {as_css(LIGHT.unknown)}; }}
 [data-mantine-color-scheme=dark] canvas[data-engine] {{ background: {as_css(DARK.unknown)}; }}
 .racecar {{ position: fixed; z-index: 5; font: 14px/1.5 sans-serif; color: var(--mantine-color-text);

@@ -41,7 +41,7 @@ def lanes(
             drawn.append(_curve(beside[measure.name], end, top, base, dashes))
         drawn.append(f'<line x1="0" x2="1000" y1="{base}" y2="{base}" stroke="currentColor" opacity="0.25"/>')
         labels.append(
-            f'<span class="name" style="top:{100.0 * number / len(measures):.1f}%; color:{color}">'
+            f'<span class="name" style="top:{100.0 * number / len(measures):.1f}%; border-color:{color}">'
             f"{escape(measure.name)} 0–{top:g} {escape(measure.unit)}</span>"
         )
     return (

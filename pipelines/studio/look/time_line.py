@@ -38,7 +38,7 @@ _STYLE = f"""<style>
 .lanes svg {{ width: 100%; height: 100%; display: block; }}
 .lanes span {{ position: absolute; font: 12px/1.2 sans-serif; pointer-events: none; }}
 .lanes .name {{ left: 2px; font-weight: bold; background: var(--mantine-color-body); opacity: 0.85;
-  padding: 0 4px; }}
+  padding: 0 4px; border-left: 6px solid; }}
 .lanes .tick {{ bottom: -16px; transform: translateX(-50%); opacity: 0.8; }}
 {_FOLDER} .mantine-Slider-root {{ position: absolute; inset: 0; height: 100% !important;
   padding: 0 !important; cursor: pointer; }}
