@@ -18,7 +18,7 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag1 import Writer as Ros1Writer
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 
 from racecar.maps.geometry.se2 import Pose
@@ -81,7 +81,6 @@ class BagWriter:
                 place = stack.enter_context(whole_folder(self._path)) / self._path.absolute().name
                 stack.callback(_move_up, place)
                 writer = Ros2Writer(place, version=8, storage_plugin=StoragePlugin.MCAP)
-                writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)  # a fifth of the size
                 for key, value in WRITTEN_BY.items():
                     writer.set_custom_data(key, value)
                 self._writer = stack.enter_context(writer)
