@@ -16,7 +16,7 @@ from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.state.growth import Growth
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import Pose, between, compose
+from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import frame_name
 from racecar.pipelines.bags.order import HeldScans
@@ -28,7 +28,6 @@ from racecar.pipelines.live.intake.first_messages import FirstMessages
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.node import LiveNode
 from racecar.pipelines.live.ros.foreign_parameters import SLAM_TOOLBOX, ForeignNode
-from racecar.pipelines.live.ros.message_types import service_class
 from racecar.pipelines.live.ros.messages import fill_pose, header
 from racecar.pipelines.live.ros.parameters import declare_settings
 from racecar.pipelines.live.saving.drive_log import AnotherDrive, DriveLog, Entry
@@ -94,7 +93,7 @@ class MapperNode(LiveNode):
         *self._earlier, self._mapper = drives or [Mapper(config)]
         """Mappers of the drives before long interruptions, in order, and that of the last one."""
         self._is_mapping_logged = log.broken_off is not None and not drives
-        self._is_cut_short = self._is_paused = False
+        self._is_cut_short = False
         self._drawer = Worker("drawer", self.faults, self.survive)
         self._unfinished = UnfinishedMap(output, self.faults)
         self._display = MapperDisplay(
@@ -129,8 +128,6 @@ class MapperNode(LiveNode):
             self.worker.put("log", self._map_logged)
         super().start()
         self._service.start()
-        if (kind := service_class("slam_toolbox", "Pause")) is not None:
-            self.node.create_service(kind, "slam_toolbox/pause_new_measurements", self._on_pause)
 
     def stop(self) -> None:
         """Save the map as it is, map all messages received and stop; another Ctrl-C drops those that still
@@ -320,9 +317,6 @@ class MapperNode(LiveNode):
             feed(item, self._mapper)
             return
         stamp, arrival = self._arrivals.pop(item.stamp)
-        if self._is_paused:
-            self._carry_on(stamp, item)
-            return
         if self._pose is None and (last := self._mapper.last_stamp) is not None:
             seconds = max((item.stamp - last) * 1e-9, self._log.broken_off or 0.0)
             self._log.broken_off = None
@@ -341,24 +335,6 @@ class MapperNode(LiveNode):
         self._verdict.judge_when_due(self._mapper.quality_so_far)
         if self._memory_schedule.is_due("memory", _GIVE_BACK_EVERY):
             self.side.put("memory", give_back_free_memory)
-
-    def _on_pause(self, _request: Any, response: Any) -> Any:
-        """As in slam_toolbox, each call toggles it."""
-        self._is_paused = not self._is_paused
-        response.status = True
-        self.inform(
-            "No scan is mapped until the next call." if self._is_paused else "Scans are mapped again."
-        )
-        return response
-
-    def _carry_on(self, stamp: Any, scan: Scan) -> None:
-        """While paused, publish the pose by the odometry since the last scan that was mapped."""
-        last = self._mapper.last_stamp
-        if self._pose is None or last is None:
-            return
-        before, now = self._stated.pose_at(last), self._stated.pose_at(scan.stamp)
-        if before is not None and now is not None:
-            self._publish(stamp, scan, compose(self._pose, between(before, now)))
 
     def _leave_earlier(self, seconds: float) -> None:
         """Begin another drive, since the car may be anywhere on the map after so long an interruption."""

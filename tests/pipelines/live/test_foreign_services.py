@@ -1,7 +1,6 @@
 """Services under the names and types of AMCL, nav2 and slam_toolbox, where these are installed."""
 
 import pickle
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -32,7 +31,6 @@ def mapped(folder: Path) -> Iterator[Stage]:
             "slam_toolbox",
             SaveMap=service(result=1),
             SerializePoseGraph=service(result=1),
-            Pause=service(status=False),
         )
         patch.setattr(map_saving, "in_fresh_process", lambda work, **_: pickle.loads(pickle.dumps(work))())
         stage.map(folder / "out")
@@ -86,17 +84,3 @@ def test_serialized_maps_can_be_extended(mapped: Stage, folder: Path) -> None:
     request = SimpleNamespace(filename=str(folder / "serialized"))
     assert mapped.bus.call("/slam_toolbox/serialize_map", request).result == 0
     assert (folder / "serialized" / "session.npz").is_file()
-
-
-def test_while_paused_the_pose_goes_on_and_the_map_does_not(mapped: Stage) -> None:
-    def keyframes() -> int:
-        return int(mapped.live.figures()["keyframes"])
-
-    assert mapped.bus.call("/slam_toolbox/pause_new_measurements", None).status
-    before, poses = keyframes(), len(mapped.poses)
-    time.sleep(3.0)
-    assert keyframes() == before
-    assert len(mapped.poses) > poses
-    assert mapped.bus.call("/slam_toolbox/pause_new_measurements", None).status
-    mapped.await_right()
-    assert keyframes() > before
