@@ -153,7 +153,7 @@ def refined_on_walls(
     if share < max(_LEAST_SHARE, _share_by_chance(walls, placed, turned) + _BEYOND_CHANCE):
         raise RefusedConstraintError(
             f"Only {share:.0%} of the map's walls lie on those of {plan.name}: check the points, and whether "
-            "it shows this floor as it is built."
+            "it shows this floor as it is built, not mirrored."
         )
     pose = np.append(found.shift / found.scale, found.turn)
     residual = float(np.sqrt(np.mean(apart[agree] ** 2)))

@@ -23,5 +23,5 @@ def load_floor_plan(path: Path, metres_per_unit: float | None = None) -> FloorPl
         raise UserError(f"{path} is larger than {_MOST_BYTES // 1_000_000} MB: save the walls of one floor.")
     plan = {".svg": read_svg, ".dxf": read_dxf}.get(kind, read_plan_image)(path)
     if len(plan.lines) == 0:
-        raise UserError(f"The floor plan {path} shows no lines that could be walls.")
+        raise UserError(f"The floor plan {path} shows no lines that could be walls: save one that does.")
     return plan if metres_per_unit is None else replace(plan, metres_per_unit=metres_per_unit)

@@ -44,7 +44,7 @@ def load_corrected(folder: Path, context: RunContext, edits: MapEdits | None = N
             try:
                 effect = mender.add(entry).summary
             except RefusedConstraintError as error:
-                raise UserError(f"Edit {number} of {folder} is refused. {error}") from error
+                raise UserError(f"Edit {number} on the map of {folder} is refused. {error}") from error
             context.announce(f"Edit {number}: {effect}")
             effects.append({"edit": number, "effect": effect})
     context.report.add("corrections", {str(folder): effects})
