@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 from racecar.mapping.grid.rendering import pixels_of
-from racecar.maps.geometry.polyline import lengths_along
 from racecar.maps.grid.thinning import thinned
 from racecar.maps.map_files import as_written
 from racecar.pipelines.files.pictures.figure_files import NewFigure, figure_for_file
@@ -23,7 +22,7 @@ def picture_of(run: "MapRun", new_figure: NewFigure = figure_for_file) -> "Figur
     keyframes = result.map_from_keyframe[:, :2]
     width, height = result.tiled.metres
     facts = (f"cells of {100 * result.tiled.resolution:g} cm", f"{width:.0f} × {height:.0f} m")
-    path_metres = sum(float(lengths_along(drive)[-1]) for drive in drives)
+    path_metres = float(result.session.path[-1])
     return map_picture(
         thinned(as_written(result.tiled, **pixels_of(result.rendering)), MOST_DRAWN_CELLS),
         drives,
