@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from filecmp import cmp
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from racecar.pipelines.files.floor_plan_grid import FLOOR_PLAN_FILES, save_floor
 from racecar.pipelines.files.g2o import save_g2o
 from racecar.pipelines.files.optional_packages import is_installed, require
 from racecar.pipelines.files.point_map import save_point_map
+from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import REPORT_FILE
 from racecar.pipelines.files.session_file import SESSION_FILE, save_session
 from racecar.pipelines.files.tum import save_tum
@@ -82,6 +84,13 @@ def _write_picture(run: "MapRun", folder: Path) -> None:
 
 
 def _write_points(run: "MapRun", folder: Path) -> None:
+    if run.result.clouds is None:
+        run.report.warn(
+            f"{POINTS_FILE} lies in the plane z = 0: the heights that a 3D LiDAR saw are in the bag alone, "
+            "for `racecar map --ply`."
+        )
+    elif run.result.clouds and run.source is not None:
+        run.report.warn(f"{POINTS_FILE} shows the new drive alone: heights of earlier ones are not kept.")
     save_point_map(run.result.points_in_space(), run.result.tiled.resolution, folder / POINTS_FILE)
 
 
@@ -124,14 +133,31 @@ MAP_OUTPUTS = (
 )
 """In the order of writing: the picture shows the map as its files hold it."""
 
+_MAP = ("map.yaml", "map.pgm")
+DERIVED = {
+    POINTS_FILE: ("--ply, with heights only from the bag,", (SESSION_FILE,)),
+    "map_image.png": ("--png", _MAP),
+    "walls.svg": ("--svg", _MAP),
+    "walls.dxf": ("--dxf", _MAP),
+    "track.csv": ("racecar track", _MAP),
+    "track.png": ("racecar track", _MAP),
+}
+"""Files that are not made with every map: what makes them, and the files that they show."""
+
 MAP_FILES = (
     *(name for kind in MAP_OUTPUTS if not kind.only_on_request for name in kind.files),
     REPORT_FILE,
 )
 """The files that every mapping run writes."""
 
-MAP_NAMES = (*MAP_FILES, *FLOOR_PLAN_FILES, *(name for kind in FILTERS for name in filter_files(kind)))
-"""The files that a mapping run may replace or remove: an earlier plan and the masks of earlier edits, too."""
+MAP_NAMES = (
+    *MAP_FILES,
+    *DERIVED,
+    *FLOOR_PLAN_FILES,
+    *(name for kind in FILTERS for name in filter_files(kind)),
+)
+"""The files that a mapping run may replace or remove: what shows an earlier map, an earlier plan, and the
+masks of earlier edits, too."""
 
 
 def outputs_with(requested: Collection[str] = ()) -> list[MapOutputKind]:
@@ -144,3 +170,18 @@ def outputs_with(requested: Collection[str] = ()) -> list[MapOutputKind]:
         if kind.require is not None:
             kind.require()
     return chosen
+
+
+def remove_outdated(replaced: Path, new: Path, report: Report) -> None:
+    """Remove, with the map in a folder that a ``new`` one replaces, what shows it and is not made anew. The
+    report names each."""
+    for name, (how, shown) in DERIVED.items():
+        if not (replaced / name).is_file() or (new / name).exists():
+            continue
+        if not all(_is_same(replaced / each, new / each) for each in shown):
+            remove_with(new / name)
+            report.warn(f"{replaced / name} showed the earlier map and was removed; {how} makes it anew.")
+
+
+def _is_same(one: Path, other: Path) -> bool:
+    return one.is_file() and other.is_file() and cmp(one, other, shallow=False)

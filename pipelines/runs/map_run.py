@@ -26,7 +26,7 @@ from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import REPORT_FILE
 from racecar.pipelines.runs.map_cautions import cautions_of_edits, cautions_of_size
-from racecar.pipelines.runs.map_outputs import MAP_NAMES, outputs_with
+from racecar.pipelines.runs.map_outputs import MAP_NAMES, outputs_with, remove_outdated
 from racecar.pipelines.runs.output_places import OutputFolder, check_saving
 from racecar.pipelines.runs.run_context import RunContext
 
@@ -115,11 +115,12 @@ class MapRun:
         check_saving(OutputFolder(folder, lambda: (*MAP_NAMES, *requested), remade), replace=replace)
         with output_folder(folder) as staging:
             protect_edits(folder, self.edits, self.source, self.report)
-            self.write(staging, requested)
+            self.write(staging, requested, replaced=folder)
 
-    def write(self, folder: Path, requested: Collection[str] = ()) -> None:
+    def write(self, folder: Path, requested: Collection[str] = (), replaced: Path | None = None) -> None:
         """Write the same into an existing folder, the report last. It warns of each edit outside a map that
-        is not cropped, and of a map that is too large to be read back."""
+        is not cropped, of a map that is too large to be read back, and of files in the folder of a
+        ``replaced`` run that show its map and go with it."""
         result, report = self.result, self.report
         outside = cautions_of_edits(result.tiled, self.edits.edits) if result.rendering.crop is None else []
         for sentence in [*outside, *cautions_of_size(result.tiled)]:
@@ -131,6 +132,8 @@ class MapRun:
                     report.warn(left_out(f"{output.files[0]} was not drawn", output.package))
                 elif not output.reads_image or result.tiled.size <= MOST_PIXELS:
                     output.write(drawn, folder)
+            if replaced is not None:
+                remove_outdated(replaced, folder, report)
         report.write(folder / REPORT_FILE)
 
 

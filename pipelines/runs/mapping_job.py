@@ -88,7 +88,7 @@ def carry_out(job: MappingJob, context: "RunContext") -> "MapRun":
         if job.record:
             with report.stage("recording"):
                 record_mapping(reader, run.result, folder)
-        run.write(folder, job.requested)
+        run.write(folder, job.requested, replaced=job.out)
     return run
 
 

@@ -14,7 +14,7 @@ from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.pipelines.commands.cli import run as run_command
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs import map_outputs, mapping_run
-from racecar.pipelines.runs.map_outputs import MapOutputKind, outputs_with
+from racecar.pipelines.runs.map_outputs import MapOutputKind, outputs_with, remove_outdated
 from racecar.pipelines.runs.map_run import MapRun
 
 
@@ -64,3 +64,23 @@ def test_a_cloud_without_open3d_is_refused_before_the_bag_is_read(
     assert shown.count("\n") == 1
     assert "open3d" in shown
     assert not out.exists()
+
+
+def test_what_shows_a_map_goes_with_it_and_stays_while_it_is_the_same(tmp_path: Path) -> None:
+    old, new = tmp_path / "run", tmp_path / "new"
+    for folder in (old, new):
+        folder.mkdir()
+        for name in ("map.yaml", "map.pgm", "session.npz"):
+            (folder / name).write_text("as it was")
+    for name in ("walls.svg", "track.csv", "points.ply", "map_image.png", "notes.txt"):
+        (old / name).touch()
+    report = Report("racecar render")
+    remove_outdated(old, new, report)
+    assert report.warnings == []
+    (new / "map.pgm").write_text("corrected")
+    (new / "map_image.png").touch()
+    remove_outdated(old, new, report)
+    assert {path.name for path in new.glob(".wh.*")} == {".wh.walls.svg", ".wh.track.csv"}
+    walls, track = report.warnings
+    assert "walls.svg showed the earlier map and was removed; --svg makes it anew" in walls
+    assert "track.csv" in track
