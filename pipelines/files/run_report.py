@@ -1,7 +1,6 @@
 """The parts of report.json that are read back; invalid values in a file are ignored and reported."""
 
 import json
-import math
 from os.path import realpath
 from pathlib import Path
 from typing import Any
@@ -23,24 +22,11 @@ _DEEPEST = 20
 """Levels of nesting. Settings in a report have eight, and code that walks through them recurses."""
 
 
-class PartRead(Lenient):
-    """Part of a bag that was read, in seconds."""
-
-    start: Number = 0.0
-    duration: Number | None = None
-
-    @property
-    def end(self) -> float:
-        """Infinite if it was read to its end."""
-        return math.inf if self.duration is None else self.start + self.duration
-
-
 class Inputs(Lenient):
     """What a run was made from."""
 
     bag: Text | None = None
     bag_fingerprint: Text | None = None
-    part: PartRead = PartRead()
     continued: Text | None = Field(default=None, alias="continue")
     map: Text | None = None
     run_digest: Text | None = None
@@ -48,12 +34,6 @@ class Inputs(Lenient):
     def is_at_path_of(self, bag: Path) -> bool:
         """Whether the bag was read from this path, whatever happened to the file since."""
         return self.bag is not None and "\0" not in self.bag and realpath(self.bag) == realpath(bag)
-
-    def is_within(self, other: "Inputs") -> bool:
-        """Whether everything read of the bag is known, by the bag's content, to be in what another run
-        read."""
-        is_same_bag = self.bag_fingerprint is not None and self.bag_fingerprint == other.bag_fingerprint
-        return is_same_bag and other.part.start <= self.part.start and self.part.end <= other.part.end
 
 
 class Counts(Lenient):

@@ -18,6 +18,12 @@ _MENDABLE_BY_USER = _NO_ROOM | {
     errno.ESTALE,
 }
 
+TO_BE_RECOGNIZED = (
+    "if you know where on that map it begins, map its bag with --continue and --initial-pose X Y YAW; else "
+    "record a drive that passes some 10 m of where an earlier drive went"
+)
+"""What helps a drive that is not recognized on an earlier map."""
+
 
 def is_mendable_by_user(error: BaseException) -> bool:
     """Whether the error is not a bug of this project."""

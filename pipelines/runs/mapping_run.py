@@ -11,6 +11,7 @@ import numpy as np
 
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.merging import EarlierMap
+from racecar.mapping.session.session import has_recording_of
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.mapping.state.result import WITHOUT_WHEELS
 from racecar.maps.errors import UserError
@@ -19,10 +20,10 @@ from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.config_file import Config, ConfigSource, load_config
 from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.files.run_report import Inputs, read_report
 from racecar.pipelines.runs.bag_reading import opened_bag
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.corrected_session import CorrectedSession, load_corrected
+from racecar.pipelines.runs.error_sentences import TO_BE_RECOGNIZED
 from racecar.pipelines.runs.floor_plan_run import plan_under
 from racecar.pipelines.runs.interrupts import StopRequest, stop_request
 from racecar.pipelines.runs.map_cautions import cautions_of_fixed_returns, cautions_of_resolution
@@ -114,6 +115,12 @@ def build_map(
         run = finish_map(mapper, context, reader.path.name, earlier, told)
     except NotRecognizedError as error:
         raise UserError(f"{error}; {_remedy(is_start_given=initial_pose is not None)}") from error
+    drive = run.session.only(run.session.times.are_of_last)
+    if known is not None and has_recording_of(known.session, drive):
+        report.warn(
+            f"{known.folder} is of this recording already, which now counts twice: extend it by another "
+            "drive."
+        )
     if reader.imu_topic is not None:
         report.add("gyroscope", mapper.turn_model.figures)
     if (left_out := fixed_returns.left_out).returns:
@@ -132,7 +139,7 @@ def _earlier_map(
     continued: CorrectedSession | None,
     initial_pose: Sequence[float] | None,
 ) -> EarlierMap | None:
-    """The map to extend, if there is one. Warns when it is of the same recording."""
+    """The map to extend, if there is one."""
     if continued is None:
         if initial_pose is not None:
             raise UserError(
@@ -142,12 +149,7 @@ def _earlier_map(
     folder = continued.folder
     report.add("inputs", {"continue": folder, "initial_pose": initial_pose})
     start = None if initial_pose is None else np.array(initial_pose, dtype=np.float64)
-    earlier = EarlierMap(continued.session, start)
-    if Inputs.model_validate(reader.inputs).is_within(read_report(folder).inputs):
-        report.warn(
-            f"{folder} is of this recording already, which now counts twice: extend it by another drive."
-        )
-    return earlier
+    return EarlierMap(continued.session, start)
 
 
 def _remedy(*, is_start_given: bool) -> str:
@@ -157,10 +159,7 @@ def _remedy(*, is_start_given: bool) -> str:
             "see that --initial-pose is where it begins, in the frame of the earlier map, or leave it out to "
             "search all of that map."
         )
-    return (
-        "if you know where on that map it begins, give --initial-pose X Y YAW; else record one that passes "
-        "some 10 m of where an earlier drive went, or map it on its own."
-    )
+    return f"{TO_BE_RECOGNIZED}, or map it on its own."
 
 
 def _compare_clocks(

@@ -1,7 +1,7 @@
 """Merge maps of several drives into one: the command ``racecar merge``."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from racecar.mapping.quality.finished_map import FinishedMap
@@ -16,6 +16,7 @@ from racecar.maps.geometry.se2 import Pose, compose, inverse
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.edits_file import MapEdits, edits_together
 from racecar.pipelines.runs.corrected_session import CorrectedSession, load_corrected
+from racecar.pipelines.runs.error_sentences import TO_BE_RECOGNIZED
 from racecar.pipelines.runs.map_run import NO_TRAJECTORY, MapRun, frame_figures
 from racecar.pipelines.runs.run_context import RunContext
 
@@ -37,9 +38,13 @@ def merge_runs(folders: Sequence[Path], config: Config, context: RunContext) -> 
         session, frames, left_out = joined.session, joined.frames, joined.left_out
     for folder, why in left_out.items():
         report.warn(f"{folder} was left out: {why}.")
+    remedy = TO_BE_RECOGNIZED if joined.unrecognized else ""
     if len(frames) == 1:
-        why = next(iter(left_out.values()))
-        raise UserError(f"None of the maps could be joined to {next(iter(frames))}: {why}.")
+        reasons = (f"{folder}: {why}" for folder, why in left_out.items())
+        told = "; ".join(filter(None, [*reasons, remedy]))
+        raise UserError(f"None of the maps could be joined to {next(iter(frames))}. {told}.")
+    if remedy:
+        report.warn(f"To join a drive that was not recognized: {remedy}.")
     with report.stage("rendering"):
         views = Views.of(session)
         drawn = draw_map(views, session.keyframes, mapping.resolution, mapping.rendering, keep_frame=True)
@@ -82,8 +87,15 @@ class _Joined:
     session: Session
     frames: dict[Path, Pose]
     """Old frame (3,) of each joined session relative to the common one."""
-    left_out: dict[Path, str]
+    unrecognized: dict[Path, str]
     """The reason for each of the others, in a sentence without a full stop."""
+    repeated: dict[Path, str] = field(default_factory=dict)
+    """The same for those that are of a recording in it."""
+
+    @property
+    def left_out(self) -> dict[Path, str]:
+        """All that are not in it."""
+        return {**self.repeated, **self.unrecognized}
 
 
 def _joined(sessions: dict[Path, Session]) -> _Joined:
@@ -97,16 +109,16 @@ def _joined(sessions: dict[Path, Session]) -> _Joined:
         found = _joined_to(first, {folder: sessions[folder] for folder in kept})
         if best is None or len(found.frames) > len(best.frames):
             best = found
-        if not found.left_out:
+        if not found.unrecognized:
             break
     assert best is not None
-    return replace(best, left_out={**repeated, **best.left_out})
+    return replace(best, repeated=repeated)
 
 
 def _joined_to(first: Path, sessions: dict[Path, Session]) -> _Joined:
     """Those that fit a first one, or what was joined to it before."""
     merged, first_keyframes = sessions[first], {first: 0}
-    waiting, left_out = [folder for folder in sessions if folder != first], dict[Path, str]()
+    waiting, unrecognized = [folder for folder in sessions if folder != first], dict[Path, str]()
     before = 0
     while waiting and len(waiting) != before:
         before = len(waiting)
@@ -115,16 +127,16 @@ def _joined_to(first: Path, sessions: dict[Path, Session]) -> _Joined:
             try:
                 merged = merge(EarlierMap(earlier), sessions[folder], is_newer=False)
             except NotRecognizedError as error:
-                left_out[folder] = _as_clause(str(error))
+                unrecognized[folder] = _as_clause(str(error))
                 continue
-            left_out.pop(folder, None)
+            unrecognized.pop(folder, None)
             waiting.remove(folder)
             first_keyframes[folder] = len(earlier.rays)
     frames = {
         folder: compose(merged.map_from_keyframe[number], inverse(sessions[folder].map_from_keyframe[0]))
         for folder, number in first_keyframes.items()
     }
-    return _Joined(merged, frames, left_out)
+    return _Joined(merged, frames, unrecognized)
 
 
 def _repeated(folders: Sequence[Path], sessions: dict[Path, Session]) -> dict[Path, str]:

@@ -100,6 +100,7 @@ def test_a_rendered_map_is_carried_on_in_its_frame(drive: Path, tmp_path: Path) 
     np.testing.assert_allclose(here.map_from_base[:, :2], there.map_from_base[:, :2], atol=0.1)
     warnings = json.loads((both / "report.json").read_text())["warnings"]
     assert any("carried on in the frame" in sentence for sentence in warnings)
+    assert any("straight is of this recording already" in sentence for sentence in warnings)
 
 
 def test_map_takes_the_same_settings(drive: Path, tmp_path: Path) -> None:
