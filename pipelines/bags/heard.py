@@ -65,7 +65,7 @@ class Heard:
         self, scan_topic: str, motion_topics: Sequence[str | None], set_backs: Sequence[float] = ()
     ) -> list[Finding]:
         """Findings for the user; the clocks of the topics are compared. ``set_backs`` are the seconds by
-        which the recorder's clock was set back, which is told elsewhere."""
+        which the recorder's clock was set back; other findings report these."""
         return [
             *self._gaps.findings,
             *self._repeats.findings,

@@ -77,7 +77,7 @@ class SteadyClock:
             return shift
 
     def note_jump(self, seconds: float) -> None:
-        """Note by how much a topic's clock was set."""
+        """Note the seconds by which a topic's clock was set."""
         with self._lock:
             if all(abs(seconds - known) * 1e9 >= _SAME for known in self.jumps):
                 self.jumps = [*self.jumps[-9:], seconds]

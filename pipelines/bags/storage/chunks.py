@@ -113,7 +113,7 @@ class BagFile(ABC):
         self.damage: Damage | None = None
         """What is missing; known once everything was read, if not earlier."""
         self.set_backs: list[tuple[int, int]] = []
-        """When the recorder's clock was set back, on the steady time that messages have, and by how much, in
+        """When the recorder's clock was set back, in the steady time of the messages, and the step; in
         nanoseconds."""
 
     @abstractmethod

@@ -21,7 +21,7 @@ _FEWEST = 3
 
 
 def set_backs(moments: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Where the clock was set back: the index of the first message after it, and by how many nanoseconds.
+    """Where the clock was set back: the index of the first message after it, and the step in nanoseconds.
 
     ``moments`` are channel and time of messages, in the order of the file.
     """
