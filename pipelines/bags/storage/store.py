@@ -105,8 +105,8 @@ class BagStore:
 
     @property
     def set_backs(self) -> list[tuple[int, int]]:
-        """When the recorder's clock was set back, and the step; nanoseconds. Later messages are delayed by that,
-        so that their times go on."""
+        """When the recorder's clock was set back, and the step; nanoseconds. Later messages are delayed by
+        that, so that their times go on."""
         return sorted(each for part in self._parts for each in part.set_backs)
 
     @property
