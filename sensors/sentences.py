@@ -379,9 +379,13 @@ _PLACE: Mapping[str, Sentences] = {
         "If the car is another frame, give the place with --laser-pose X Y YAW.",
     ),
     "place_told_twice": (
-        "/tf and /tf_static disagree about where {sensor} sits on the car: {other} and {place}. The latter "
-        "is taken.",
+        "The transforms put {sensor} at two places on the car: {other} and {place}. The latter is taken.",
         "Publish it once only; until then give the right one with --laser-pose X Y YAW.",
+    ),
+    "place_of_two": (
+        "The transforms put the laser of {topic} at two places on the car: {other} and {place}. The latter "
+        "is taken, as scans and odometry show.",
+        "Publish it once only, or give it with --laser-pose, as {given}.",
     ),
     "transforms_in_a_circle": (
         "The transforms go in a circle: by {link} {sensor} sits at {other}, by the others at {place}. The "

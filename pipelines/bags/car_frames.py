@@ -108,7 +108,18 @@ class CarFrames:
         source = "base frame" if base == sensor_frame else self._source(sensor_frame, base)
         is_sure = last_name(base) in BASE_FRAMES or base in (self._odometry_child, self._base_frame)
         place = SensorPlace(matrix, source, base, is_sure)
-        return place if base == sensor_frame else replace(place, findings=self._doubts(sensor_frame, place))
+        if base == sensor_frame:
+            return place
+        other = self._by_others(base, sensor_frame)
+        rival = None if other is None or not _are_two_places(matrix, other) else seen_from_above(other)
+        return replace(place, findings=self._doubts(sensor_frame, place), rival=rival)
+
+    def _by_others(self, base: str, sensor_frame: str) -> NDArray[np.float64] | None:
+        """``base_from_sensor`` (4, 4) if other transforms for its links are used."""
+        others = self.links.fixed()
+        for (parent, child), pose in self.links.contradicted.items():
+            others.link(parent, child, pose)
+        return others.between(base, sensor_frame)
 
     def _source(self, sensor_frame: str, base: str) -> str:
         """``tf_static`` if latched links connect the base to the sensor, else ``tf``."""
@@ -123,10 +134,7 @@ class CarFrames:
         findings, base = list[Finding](), place.base_frame
         if not place.is_sure:
             findings.append(Finding("place_by_another_frame", sensor=sensor_frame, base=base))
-        others = self.links.fixed()
-        for (parent, child), pose in self.links.contradicted.items():
-            others.link(parent, child, pose)
-        told = [("place_told_twice", "", others.between(base, sensor_frame))]
+        told = [("place_told_twice", "", self._by_others(base, sensor_frame))]
         for link, matrix in self.links.circles(base, sensor_frame):
             told.append(("transforms_in_a_circle", str(link), matrix))
         for name, by, other in told:

@@ -185,6 +185,11 @@ class BagReader:
         return self._frames.placed(self._scan_frame).pose if corrected is None else corrected
 
     @property
+    def rival_place(self) -> Pose | None:
+        """(3,) another place of the first sensor that the bag states; None if there is none."""
+        return self._frames.placed(self._scan_frame).rival
+
+    @property
     def laser_is_upside_down(self) -> bool:
         """Whether the first sensor's bearings run clockwise, seen from above."""
         return self._corrections.is_upside_down != self._frames.placed(self._scan_frame).is_upside_down

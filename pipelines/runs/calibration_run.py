@@ -26,6 +26,7 @@ def calibrate(reader: BagReader, context: RunContext) -> list[Finding]:
         odom_topic=reader.odom_topic,
         base_from_laser=reader.base_from_laser,
         place_source=reader.base_from_laser_source,
+        rival_place=reader.rival_place,
         header_offsets=reader.header_offsets,
         is_upside_down=reader.laser_is_upside_down,
         is_alone=len(reader.scan_topics) == 1,

@@ -1,6 +1,6 @@
 """What is made of what a recording proves about its sensors: corrections, and findings that say so."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -52,6 +52,8 @@ class KnownSensors:
     """Whether the laser hangs upside down by its place."""
     is_alone: bool = True
     """Whether no further laser is used, whose place may be as wrong as this one's."""
+    rival_place: Pose | None = None
+    """(3,) another place that the recording states."""
 
     @property
     def is_place_told(self) -> bool:
@@ -70,6 +72,8 @@ class KnownSensors:
 def learned_corrections(learned: SelfCalibration, known: KnownSensors) -> Corrections:
     """The corrections that the recording needs, from the evidence in its data and from what it states."""
     made = _Made(known)
+    if learned.reading is not None:
+        made.choose_place(learned.reading.mount)
     if learned.bearing_scale is not None:
         made.scale_bearings(learned.bearing_scale)
     if learned.sweep_order == SweepOrder.REVERSED:
@@ -95,6 +99,21 @@ class _Made:
         self._known = known
         self.changes: dict[str, Any] = {}
         self.findings: list[Finding] = []
+
+    def choose_place(self, mount: MountEstimate) -> None:
+        """Use the other stated place if the motions prove that one."""
+        known, rival = self._known, self._known.rival_place
+        if rival is None or not mount.proves(rival, known.base_from_laser):
+            return
+        self._known = replace(known, base_from_laser=rival)
+        self.changes["base_from_laser"] = rival
+        self._find(
+            "place_of_two",
+            topic=known.scan_topic,
+            other=in_words(known.base_from_laser),
+            place=in_words(rival),
+            given=_as_flag(rival),
+        )
 
     def reverse_beams(self) -> None:
         self.changes["beams_are_reversed"] = True

@@ -128,6 +128,14 @@ class MountEstimate:
         error = float(wrap_angle(self.base_from_laser[2] - stated[2]))
         return error if abs(error) - SIGMAS * float(self.sigmas[2]) > least else 0.0
 
+    def proves(self, place: Pose, other: Pose) -> bool:
+        """Whether this shows one mount (3,) rather than another, by far more than chance."""
+        away, other_away = (
+            float(np.linalg.norm([x, y, wrap_angle(yaw)] / self.sigmas))
+            for x, y, yaw in (self.base_from_laser - place, self.base_from_laser - other)
+        )
+        return self.is_clear and away + SIGMAS < other_away
+
     @property
     def cannot_slip(self) -> bool:
         """Whether slip is ruled out as the cause of a yaw error, unless of half a turn: the wheels drove

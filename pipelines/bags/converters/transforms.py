@@ -52,6 +52,8 @@ class SensorPlace:
     """Whether that frame is certainly the car's."""
     findings: tuple[Finding, ...] = ()
     """Doubts about the place."""
+    rival: Pose | None = None
+    """(3,) another place that was published."""
 
     @staticmethod
     def from_pose(base_from_sensor: Iterable[float], source: str) -> "SensorPlace":
@@ -295,7 +297,7 @@ class FrameLinks:
         self._takes_mended = takes_mended
         self._links: dict[tuple[str, str], Link] = {}
         self.contradicted: dict[tuple[str, str], NDArray[np.float64]] = {}
-        """What a topic with movable links publishes for a fixed link, if it differs."""
+        """What else was published for a fixed link."""
 
     def __iter__(self) -> Iterator[Link]:
         return iter(self._links.values())
@@ -323,7 +325,7 @@ class FrameLinks:
             if float(np.abs(pose - known.latest).max()) > _SAME:
                 self.contradicted.setdefault(ends, pose)
         elif known is None or is_latched_topic:
-            if known is not None and not known.is_latched and not known.moves:
+            if known is not None and not known.moves and not (known.is_latched and self._takes_mended):
                 self.contradicted.setdefault(ends, known.latest)
             self._links[ends] = known = Link(*ends, topic, pose, is_latched_topic, _numbers(transform))
         else:

@@ -40,6 +40,7 @@ class Recording:
         self.odometry = odometry_of(DRIVE, SECONDS)
         self.yaw_rates: list[YawRate] = []
         self.told = told
+        self.told_before: list[Pose] = []
 
     def change_odometry(self, change: Callable[[Odometry], Odometry]) -> "Recording":
         self.odometry = [change(sample) for sample in self.odometry]
@@ -69,6 +70,8 @@ class Recording:
 
     def write(self, path: Path) -> Path:
         with BagWriter(path) as writer:
+            for place in self.told_before:
+                writer.write_static_transform(place)
             if self.told is not None:
                 writer.write_static_transform(self.told)
             for sample in self.odometry:
@@ -383,3 +386,15 @@ def test_turns_show_where_beams_begin_whose_angles_contradict_each_other(
     assert corrections.uses_odometry and corrections.base_from_laser is None
     (finding,) = [each for each in reader.findings if each.name == "angles_not_as_stated"]
     assert (finding.numbers["reading"], finding.spoils_map) == (reading.value, False)
+
+
+@pytest.mark.parametrize("is_last_right", [True, False])
+def test_of_two_places_the_one_that_the_motions_prove_is_used(tmp_path: Path, is_last_right: bool) -> None:
+    right, wrong = np.array([0.2, 0.1, 0.0]), np.array([0.5, 0.1, 0.0])
+    recording = Recording(right, right if is_last_right else wrong)
+    recording.told_before = [wrong if is_last_right else right]
+    corrections, reader = corrections_of(recording, tmp_path)
+    np.testing.assert_allclose(reader.base_from_laser, right, atol=1e-9)
+    assert corrections.uses_odometry
+    name = "place_told_twice" if is_last_right else "place_of_two"
+    assert [each.name for each in reader.findings] == [name]
