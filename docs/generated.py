@@ -27,20 +27,40 @@ def on_page_markdown(markdown: str, **_: object) -> str:
 
 
 def _commands() -> Iterator[str]:
-    yield from _command(typer.main.get_command(app), "racecar")
+    """An index, and a short section for each command, whose flags are folded."""
+    commands = dict(_each_command(typer.main.get_command(app), "racecar"))
+    yield "| command | what it does |\n|---|---|"
+    for name, command in commands.items():
+        yield f"| [`{name}`](#{name.replace(' ', '-')}) | {_cell(_first_paragraph(command.help))} |"
+    for name, command in commands.items():
+        yield f"\n### {name}\n\n{_in_code(command.help)}\n"
+        rows = [
+            f"| {', '.join(f'`{each}`' for each in _names(parameter))} | {_cell(parameter.help or '')} "
+            f"| {_default(parameter)} |"
+            for parameter in command.params
+        ]
+        yield from _folded("Arguments and flags", "| argument or flag | what it does | default |", rows)
 
 
-def _command(command: Any, name: str) -> Iterator[str]:
-    """A command, and those below it; a group's own flags are none."""
+def _each_command(command: Any, name: str) -> Iterator[tuple[str, Any]]:
+    """A command and its name, or those below it; a group's own flags are none."""
     below = getattr(command, "commands", {})
     if not below:
-        yield f"\n### {name}\n\n{_in_code(command.help)}\n"
-        yield "| argument or flag | what it does | default |\n|---|---|---|"
-        for parameter in command.params:
-            names = ", ".join(f"`{each}`" for each in _names(parameter))
-            yield f"| {names} | {_cell(parameter.help or '')} | {_default(parameter)} |"
+        yield name, command
     for each, child in below.items():
-        yield from _command(child, f"{name} {each}")
+        yield from _each_command(child, f"{name} {each}")
+
+
+def _first_paragraph(text: str) -> str:
+    return text.partition("\n\n")[0]
+
+
+def _folded(title: str, heading: str, rows: list[str]) -> Iterator[str]:
+    """A table that unfolds with a click on its title."""
+    if rows:
+        yield f'??? note "{title}"\n'
+        yield from (f"    {row}" for row in (heading, re.sub(r"[^|]+", "---", heading), *rows))
+        yield ""
 
 
 def _names(parameter: Any) -> list[str]:
@@ -70,16 +90,19 @@ def _settings(config: type[BaseModel]) -> Iterator[str]:
 def _section(config: type[BaseModel], prefix: str) -> Iterator[str]:
     plain = {name: field for name, field in config.model_fields.items() if not _is_section(field)}
     if prefix:
-        yield f"\n### {prefix}\n\n{_cell(config.__doc__ or '')}"
-    if plain:
-        yield "\n| setting | default | range | meaning |\n|---|---|---|---|"
-    for name, field in plain.items():
-        bounds = bounds_in_words(field).replace("≥ ", "≥&nbsp;").replace("≤ ", "≤&nbsp;")
-        bounds = bounds.replace("> ", ">&nbsp;").replace("< ", "<&nbsp;")
-        yield f"| `{name}` | {_value(field.default)} | {bounds} | {_cell(field.description or '')} |"
+        yield f"\n### {prefix}\n\n{_cell(config.__doc__ or '')}\n"
+    title = f"{len(plain)} settings" if len(plain) > 1 else "One setting"
+    rows = [_setting(name, field) for name, field in plain.items()]
+    yield from _folded(f"{title}: {', '.join(plain)}", "| setting | default | range | meaning |", rows)
     for name, field in config.model_fields.items():
         if _is_section(field):
             yield from _section(field.annotation, f"{prefix}.{name}" if prefix else name)
+
+
+def _setting(name: str, field: FieldInfo) -> str:
+    bounds = bounds_in_words(field).replace("≥ ", "≥&nbsp;").replace("≤ ", "≤&nbsp;")
+    bounds = bounds.replace("> ", ">&nbsp;").replace("< ", "<&nbsp;")
+    return f"| `{name}` | {_value(field.default)} | {bounds} | {_cell(field.description or '')} |"
 
 
 def _is_section(field: FieldInfo) -> bool:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from racecar.maps.geometry.se2 import Pose
+from racecar.sensors.grades import GRADES, Grade
 from racecar.sensors.sentences import COUNTED, SENTENCES
 
 
@@ -23,6 +24,13 @@ class Finding:
     def __init__(self, name: str, *, spoils_map: bool = False, **numbers: Any) -> None:
         for field, value in (("name", name), ("spoils_map", spoils_map), ("numbers", numbers)):
             object.__setattr__(self, field, value)
+
+    @property
+    def grade(self) -> Grade:
+        """What it means for a map made from the bag as it is."""
+        if self.spoils_map:
+            return Grade.SPOILS_MAP
+        return GRADES.get(self.name, Grade.MAY_SPOIL_MAP)
 
     @property
     def what(self) -> str:
@@ -45,6 +53,7 @@ class Finding:
             "name": self.name,
             "what": self.what,
             "remedy": self.remedy,
+            "grade": self.grade.value,
             "spoils_map": self.spoils_map,
         }
 

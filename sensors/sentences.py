@@ -21,7 +21,7 @@ _REPEATED_BY = "Find out why the laser's driver, or whatever relays its scans, r
 _GOES_ON = "The drive goes on."
 _NOT_USED = f"it is not used, and {_BY_SCANS_ALONE}."
 _FAULTY_ODOMETRY = f"The odometry on {{topic}} {{fault}}: {_NOT_USED}"
-_CARRIED = "If the robot was carried, no action is needed; otherwise"
+_CARRIED = "Unless the robot was carried,"
 
 _SET_BEFORE = "Set the clock before the drive (chrony), and do not restart drivers while recording."
 
@@ -72,7 +72,7 @@ COUNTED: Mapping[str, Sentences] = {
         "Clouds that time their points over a second away from their stamp, which is ignored: {count}.",
         "Make the driver stamp clouds and points by the same clock, so that the motion can be corrected for.",
     ),
-    "changed_beam_counts": ("Changes of the number of beams: {count}.", "No action is needed."),
+    "changed_beam_counts": ("Changes of the number of beams: {count}.", ""),
     "scans_without_range_max": (
         "Scans that do not state the sensor's range, for which 60 m is assumed: {count}.",
         "Set range_max in the driver, or sensors.max_range in a file for --config, so that misses are not "
@@ -117,7 +117,7 @@ _BAG: Mapping[str, Sentences] = {
 
 def _scan_gaps(*, gaps: str, more: int, was_driven: bool) -> Sentences:
     remedy = "find out what stopped the laser or the recorder."
-    stood = "No action is needed if the car stood still meanwhile; otherwise look whether the map breaks"
+    stood = "Unless the car stood still meanwhile, look whether the map breaks"
     return (
         f"There is {gaps}{f'; and {more} more' if more else ''}.",
         f"Look whether the map breaks there, and {remedy}" if was_driven else f"{stood} there, and {remedy}",
@@ -208,8 +208,7 @@ _SCANS: Mapping[str, Sentences | Callable[..., Sentences]] = {
     "beams_reversed": (
         "The beams of {topic} were measured in the opposite order of time to the one recorded, as the turns "
         "show: they are read so.",
-        "No action is needed: drivers of the RPLIDAR kind turn the ranges round and leave time_increment "
-        "positive.",
+        "Drivers of the RPLIDAR kind turn the ranges round and leave time_increment positive.",
     ),
     "bearings_scaled": (
         "The beams of {topic} lie over {factor:.2f} times the angle that is stated, as straight walls and "
@@ -243,7 +242,7 @@ _ODOMETRY: Mapping[str, Sentences] = {
     ),
     "odometry_by_speeds": (
         "The poses of {topic} stand still while its speeds do not: the pose is integrated from the speeds.",
-        "No action is needed.",
+        "",
     ),
     "odometry_without_orientation": (
         "No pose on {topic} is valid (its orientation is zero or not a number, or its position absurd): the "
@@ -345,7 +344,7 @@ _CLOCKS: Mapping[str, Sentences] = {
     "odometry_lags": (
         "By its stamps the odometry is {milliseconds:.0f} ms {side} the scans, as the turns show: this is "
         "corrected.",
-        f"No action is needed; to remedy it all the same: {ONE_CLOCK[0].lower()}{ONE_CLOCK[1:]}",
+        ONE_CLOCK,
     ),
     "imu_lags": (
         "By its stamps the IMU is {milliseconds:.0f} ms {side} the scans, as the turns show: they are "

@@ -115,11 +115,11 @@ def _findings_table(result: "BagCheck") -> "Table | str":
 
     if not result.findings:
         return "No problems found."
-    table = Table(
-        "what is wrong", "what to do about it", title="Findings", title_justify="left", show_lines=True
-    )
+    columns = ("grade", "what was found", "what to do about it")
+    table = Table(*columns, title="Findings", title_justify="left", show_lines=True)
     for finding in result.findings:
-        table.add_row(finding.what, finding.remedy, style="bold" if finding.spoils_map else None)
+        style = "bold" if finding.spoils_map else None
+        table.add_row(finding.grade.value, finding.what, finding.remedy, style=style)
     return table
 
 

@@ -42,7 +42,7 @@ def cautions_of_fixed_returns(left_out: LeftOut) -> list[str]:
         f"{left_out.share:.0%} of the returns between {begin:.0f} and {end:.0f} s after the first scan move "
         "along with the laser, such as the robot's own parts, whoever carries it, or the floor that a "
         f"tilted laser sees ({sectors}; 0° is where the laser looks): they were left out. Clear the laser's "
-        "view, or level it; if the robot was carried, no action is needed."
+        "view, or level it, unless the robot was carried."
     ]
 
 

@@ -86,6 +86,6 @@ class FrozenOdometry:
         times = ", ".join(f"{(s.begin - start) * 1e-9:.1f} to {(s.end - start) * 1e-9:.1f}" for s in told)
         return (
             "The odometry repeated one pose, or heading, while the scans moved on: it was left out from "
-            f"{times} s after the first scan. If the robot was carried, no action is needed; otherwise find "
-            "out why the odometry's driver hung."
+            f"{times} s after the first scan. Unless the robot was carried, find out why "
+            "the odometry's driver hung."
         )

@@ -83,7 +83,7 @@ def test_a_floor_is_discovered_by_clicks_in_a_browser(
             tab = open_tab(log)
             tab.await_words("keyframe")
             tab.click_the_middle()
-            tab.choose("Tool", "Send a goal")
+            tab.choose("Tool", "2D Goal Pose")
             tab.await_words("Click where the car shall go")
             assert "went to" not in tab.text
             tab.until(lambda: "went to racecar_simulator" in tab.text or tab.click_the_middle(), "a goal")
@@ -98,7 +98,7 @@ def test_a_floor_is_discovered_by_clicks_in_a_browser(
         tab.tab.close()
         tab = open_tab(log)
         tab.await_words("The car is at the goal.")
-        assert tab.list_of("Tool").input_value() == "Send a goal"
+        assert tab.list_of("Tool").input_value() == "2D Goal Pose"
         end(mapper, log)
     assert np.count_nonzero(load_map(out).cells == 0) > 1000
 
@@ -115,7 +115,7 @@ def test_a_localizer_takes_another_port_and_ends_quietly_while_a_page_is_open(
         with racecar_process([*localize, "--view-port", "65535"], ros, log) as second:
             tab = open_tab(log)
             tab.await_words("Nothing has arrived on /scan yet")
-            tab.choose("Tool", "Send a goal")
+            tab.choose("Tool", "2D Goal Pose")
             tab.await_words("Click where the car shall go")
             tab.until(
                 lambda: "It is not known yet where the car is" in tab.text or tab.click_the_middle(), "words"

@@ -8,6 +8,7 @@ from string import Formatter
 import pytest
 
 from racecar.sensors.findings import Finding
+from racecar.sensors.grades import GRADES, Grade
 from racecar.sensors.sentences import SENTENCES
 
 ROOMS = [Path(__file__).parents[3] / "pipelines" / room for room in ("bags", "live", "runs")]
@@ -47,5 +48,19 @@ def test_a_finding_tells_what_is_wrong_and_what_to_do() -> None:
         "name": "odometry_jumps",
         "what": finding.what,
         "remedy": finding.remedy,
+        "grade": "spoils the map",
         "spoils_map": True,
     }
+
+
+def test_each_finding_has_a_grade() -> None:
+    assert set(GRADES) <= set(SENTENCES)
+    assert Finding("odometry_lags").grade is Grade.CORRECTED
+    assert Finding("laser_of_several").grade is Grade.FINE
+    assert Finding("no_odometry").grade is Grade.MAY_SPOIL_MAP
+    assert Finding("clocks_apart", spoils_map=True).grade is Grade.SPOILS_MAP
+
+
+@pytest.mark.parametrize("name", [name for name, words in SENTENCES.items() if not callable(words)])
+def test_a_remedy_is_not_that_there_is_nothing_to_do(name: str) -> None:
+    assert "action is needed" not in SENTENCES[name][1]  # type: ignore[index]

@@ -81,7 +81,7 @@ def batch_page(rows: Sequence[BatchRow], thumbnails: Mapping[str, Thumbnail], ma
 <body>
 <h1>{escape(headline(rows))}</h1>
 <p class="note">{escape(made_by)} <em>Off per 10 m</em> and <em>in all</em> are the errors to expect between
-places 10 m of path apart and over the whole map; <em>residual</em> is by how much the matches of scans
+places 10 m of path apart and over the whole map; <em>residual</em> is by how much the scan matches
 disagree with the map on average.</p>
 <div class="wide"><table>
 <thead><tr><th>map</th><th>bag</th><th>verdict</th>{numbers}<th>remarks</th></tr></thead>

@@ -151,7 +151,7 @@ class DriveScreen(Screen):
                 Tool("Drive there", "Click a place, and the car drives there.", self._drive_to),
                 PoseTool(
                     page,
-                    "Say where the car is",
+                    "2D Pose Estimate",
                     "Drag from where the car is to where it looks: the localizer starts there. A click "
                     "leaves the heading open.",
                     self._say_where,

@@ -127,7 +127,7 @@ class LookScreen(Screen):
             ("scan", "Scan", bool(scene.sights)),
             ("keyframes", "Keyframes", len(scene.keyframes) > 0),
             ("loops", "Loop closures", len(scene.loops) > 0),
-            ("matches", "Matches of scans", len(scene.matches) > 0),
+            ("matches", "Scan matches", len(scene.matches) > 0),
             ("particles", "Particles", bool(scene.clouds)),
             ("ellipse", "Covariance (3 σ)", self._runs[0].has_covariances),
         ):

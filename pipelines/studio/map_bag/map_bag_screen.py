@@ -204,7 +204,7 @@ class MapBagScreen(Screen):
     def _show_result(self, result: BagCheck | WrittenMap) -> None:
         if isinstance(result, BagCheck):
             scans = result.facts["scans"]
-            found = "these problems were found:" if result.findings else "no problems were found."
+            found = "to be noted:" if result.findings else "no problems were found."
             self._words.content = (
                 f"{scans['count']} scans on {literal(scans['topic'])} in {scans['duration_s']:.0f} s; {found}"
             )
@@ -226,7 +226,12 @@ class MapBagScreen(Screen):
 
 
 def _listed(findings: list[Finding]) -> str:
-    return "\n".join(f"- {literal(finding.what)} *{literal(finding.remedy)}*" for finding in findings)
+    return "\n".join(_in_line(finding) for finding in findings)
+
+
+def _in_line(finding: Finding) -> str:
+    remedy = f" *{literal(finding.remedy)}*" if finding.remedy else ""
+    return f"- **{finding.grade.value}**: {literal(finding.what)}{remedy}"
 
 
 def _explained(death: ProcessDiedError) -> str:

@@ -17,7 +17,7 @@ from racecar.pipelines.studio.tools import PoseTool, ToolChoice
 from racecar.pipelines.studio.watch.goal import Goal, goal_pose
 from racecar.pipelines.studio.watched_car import Glimpse, WatchedCar
 
-MOVE, GOAL, PLACE = "Only move the map", "Send a goal", "Say where the car is"
+MOVE, GOAL, PLACE = "Only move the map", "2D Goal Pose", "2D Pose Estimate"
 """The tools, as the panel names them."""
 _MOST_PARTICLES = 500
 """Maximum particles sent; more would only hide each other."""

@@ -122,7 +122,7 @@ def test_a_dragged_pose_makes_the_courses_filter_converge(drive: Drive) -> None:
     page.drag(GOAL, (6.0, 3.5))
     page.wait_for(lambda: (screen.course_error or 0.0) > 2.0, "the car to be carried")
     np.testing.assert_allclose(screen.truth, [*GOAL, -np.pi / 2], atol=0.1)
-    page.choose("Tool", "Say where the car is")
+    page.choose("Tool", "2D Pose Estimate")
     page.drag(GOAL, (6.0, 3.5))
     page.wait_for(lambda: (screen.course_error or 9.0) < 0.3, "the filter to believe the dragged pose")
 
