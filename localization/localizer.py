@@ -4,7 +4,7 @@ from dataclasses import replace
 from threading import Lock
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.floor.free_space import ANYWHERE
@@ -16,6 +16,7 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.recovery.hung_odometry import HungOdometry
 from racecar.localization.recovery.hypotheses import Hypotheses
 from racecar.localization.sensor.end_points import select_points
+from racecar.maps.calls import checked
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.sensors.motion.motion_samples import OdometryReading, is_set_back
@@ -25,6 +26,8 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 from racecar.sensors.yaw_rate import YawRate
 
+_DEFAULTS = LocalizationConfig()
+
 
 class Localizer:
     """Estimates the car's pose on a map; thread-safe.
@@ -32,8 +35,15 @@ class Localizer:
     `add_odometry`, `add_yaw_rate`, `pose_at` and `particles` do not wait for a scan in progress.
     """
 
-    def __init__(self, grid: OccupancyGrid, config: LocalizationConfig, rng: np.random.Generator) -> None:
-        """Analyzes the map, which takes a moment if it is large.
+    @checked
+    def __init__(
+        self,
+        grid: OccupancyGrid,
+        config: LocalizationConfig = _DEFAULTS,
+        rng: np.random.Generator | None = None,
+    ) -> None:
+        """Analyzes the map, which takes a moment if it is large. Without ``rng``, the same inputs give the
+        same poses, as with ``numpy.random.default_rng(0)``.
 
         Raises UserError when the map has no free space or no walls, or seems to be inverted.
         """
@@ -41,14 +51,15 @@ class Localizer:
         self._motion = MotionSource(config)
         self._samples = self._motion.samples
         self._learning = OdometryLearning(self._motion)
-        self._hypotheses = Hypotheses(grid, config, rng)
+        self._hypotheses = Hypotheses(grid, config, np.random.default_rng(0) if rng is None else rng)
         self._hung = HungOdometry(self._motion, self._learning)
         self._published: tuple[PoseEstimate, OdometryReading, OdometryFaults] | None = None
         """Replaced atomically with each scan, so that readers neither wait nor see a mix of two scans."""
         self.frozen_odometry = self._samples.frozen
         """When the odometry repeated a pose while the car moved on."""
 
-    def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64] | None = None) -> None:
+    @checked
+    def set_pose(self, map_from_base: ArrayLike, covariance: ArrayLike | None = None) -> None:
         """Restart at a pose (3,), with its covariance (3, 3) or the default one.
 
         Raises UserError when it is not finite, off the map or far from free space.
@@ -77,14 +88,17 @@ class Localizer:
         with self._lock:
             self._config = self._hypotheses.config = self._motion.config = config
 
+    @checked
     def add_odometry(self, odometry: Odometry) -> None:
         """Add an odometry sample; those out of order are ignored."""
         self._samples.add_odometry(odometry)
 
+    @checked
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
         """Add a gyroscope sample; those out of order are ignored."""
         self._samples.add_yaw_rate(yaw_rate)
 
+    @checked
     def add_scan(self, scan: Scan) -> PoseEstimate:
         """Process a scan and return the pose at its stamp; out of order, return the last scan's pose."""
         with self._lock:

@@ -34,6 +34,7 @@ from racecar.mapping.state.mapper_state import MapperState
 from racecar.mapping.state.result import MappingResult, finished_map_of, result_of, views_of
 from racecar.mapping.state.scan_poses import place_all_scans
 from racecar.mapping.state.trimming import trim_known_keyframes, trim_scans
+from racecar.maps.calls import checked
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, adjoint, between, compose, inverse
 from racecar.sensors.arrays import pose_or_nan
@@ -47,6 +48,8 @@ from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 from racecar.sensors.yaw_rate import YawRate
 
+_DEFAULTS = MappingConfig()
+
 
 class Mapper:
     """Builds a map incrementally from scans, odometry and yaw rates in time order.
@@ -56,7 +59,10 @@ class Mapper:
     is dropped and the state is otherwise unchanged.
     """
 
-    def __init__(self, config: MappingConfig, odometry_lag: int = 0, *, keep_clouds: bool = False) -> None:
+    @checked
+    def __init__(
+        self, config: MappingConfig = _DEFAULTS, odometry_lag: int = 0, *, keep_clouds: bool = False
+    ) -> None:
         """``odometry_lag`` is the known lag in nanoseconds; it is refined as the car turns. With
         ``keep_clouds`` the result contains the cloud of a multi-row sensor at each keyframe."""
         self._config = config
@@ -132,16 +138,19 @@ class Mapper:
             now = finished_map_of(self._state, self._state.session().frozen())
         return partial(judge, now, self._config.quality)
 
+    @checked
     def add_odometry(self, odometry: Odometry) -> None:
         """Add a wheel odometry sample."""
         with self._lock:
             self._state.reckoning.add_odometry(odometry)
 
+    @checked
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
         """Add a gyroscope sample."""
         with self._lock:
             self._state.reckoning.add_yaw_rate(yaw_rate)
 
+    @checked
     def add_scan(self, scan: Scan) -> Pose:
         """Add a scan; returns the current ``map_from_base`` (3,). Scans of further lasers, which may not
         overlap the first one's, are skipped while no wheels report the motion between them."""

@@ -21,8 +21,16 @@ import yaml
 from numpy.typing import NDArray
 from PIL import Image
 
+from racecar.maps.calls import checked
 from racecar.maps.errors import UserError
-from racecar.maps.grid.occupancy_grid import FREE, FREE_THRESHOLD, OCCUPIED, UNKNOWN, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import (
+    FREE,
+    FREE_THRESHOLD,
+    OCCUPIED,
+    OCCUPIED_THRESHOLD,
+    UNKNOWN,
+    OccupancyGrid,
+)
 from racecar.maps.grid.raster import Raster
 from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.maps.image_files import write_pgm, write_png
@@ -39,7 +47,6 @@ _IMAGE_ENDS: dict[Mode, str] = {"trinary": ".pgm", "scale": "_image.png", "raw":
 MOST_PIXELS = 9000 * 9000
 """Most pixels of an image, since a small file may claim any size: in colour these take 0.4 GB."""
 IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")
-OCCUPIED_THRESHOLD = 0.65
 BLACK, GREY, WHITE = 0, 205, 254
 """Values that map_saver draws for occupied, unknown and free."""
 
@@ -84,6 +91,7 @@ def find_map(path: str | Path) -> Path:
     )
 
 
+@checked
 def load_map(path: str | Path) -> OccupancyGrid:
     """Load the grid of a map's YAML file, of a folder's ``map.yaml``, or of a shipped map by name.
 
@@ -99,6 +107,7 @@ def image_of_map(yaml_path: Path) -> Path:
     return _read_header(yaml_path).image
 
 
+@checked
 def save_map(
     grid: Raster,
     yaml_path: str | Path,

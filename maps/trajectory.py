@@ -5,17 +5,27 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.maps.calls import checked
+from racecar.maps.geometry.given_arrays import as_array
 from racecar.maps.geometry.se2 import Pose, compose, interpolate
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """``map_from_base`` at the stamp of each scan, in ascending order."""
+    """``map_from_base`` at the stamp of each scan, in ascending order. Raises UserError when a shape is
+    wrong."""
 
     stamps: NDArray[np.int64]
     """(N,) nanoseconds."""
     map_from_base: Pose
     """(N, 3)"""
+
+    def __post_init__(self) -> None:
+        stamps = as_array(self.stamps, "The stamps of a trajectory, in nanoseconds,", (None,), np.int64)
+        poses = as_array(self.map_from_base, "The map_from_base of a trajectory", (len(stamps), 3))
+        object.__setattr__(self, "stamps", stamps)
+        object.__setattr__(self, "map_from_base", poses)
 
     def __len__(self) -> int:
         return len(self.stamps)

@@ -2,7 +2,10 @@
 
 from dataclasses import dataclass
 
+from racecar.maps.calls import checked
 
+
+@checked
 @dataclass(frozen=True, eq=False)
 class YawRate:
     """One gyroscope reading."""

@@ -1,11 +1,12 @@
 """Initial distributions of the pose."""
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.floor.free_space import FreeSpace, Region
 from racecar.maps.errors import UserError
+from racecar.maps.geometry.given_arrays import as_pose
 from racecar.maps.geometry.se2 import Pose
 
 _BEYOND_ANY_MAP = 1e9
@@ -13,8 +14,8 @@ _BEYOND_ANY_MAP = 1e9
 
 
 def draw_start(
-    map_from_base: Pose,
-    covariance: NDArray[np.float64] | None,
+    map_from_base: ArrayLike,
+    covariance: ArrayLike | None,
     free_space: FreeSpace,
     config: LocalizationConfig,
     rng: np.random.Generator,
@@ -24,11 +25,7 @@ def draw_start(
     The default spread is that of the settings. Raises UserError when the pose is not finite, off the map or
     far from free space, or the covariance is invalid.
     """
-    pose = np.asarray(map_from_base, dtype=np.float64)
-    if pose.shape != (3,) or not np.all(np.abs(pose) < _BEYOND_ANY_MAP):
-        raise UserError(
-            "The initial pose is not three finite numbers; give x and y in metres and yaw in radians."
-        )
+    pose = as_pose(map_from_base, "The initial pose")
     if covariance is None:
         drawn = draw_about(pose, config.particles, config, rng)
     else:
@@ -67,7 +64,7 @@ def draw_about(map_from_base: Pose, count: int, config: LocalizationConfig, rng:
     return drawn
 
 
-def _root_of(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+def _root_of(covariance: ArrayLike) -> NDArray[np.float64]:
     """(3, 3) matrix square root of a positive semi-definite covariance (3, 3), which may have zero axes."""
     matrix = np.asarray(covariance, dtype=np.float64)
     if matrix.shape == (3, 3) and np.all(np.abs(matrix) < _BEYOND_ANY_MAP):

@@ -8,7 +8,7 @@ current one is confirmed, or when it seems lost too after its trial; then the ma
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
@@ -78,7 +78,7 @@ class Hypotheses:
         """Time since the last counted scan; 0 if the present one does not count."""
         self.start_in(ANYWHERE)
 
-    def start_at(self, map_from_base: Pose, covariance: NDArray[np.float64] | None) -> None:
+    def start_at(self, map_from_base: ArrayLike, covariance: ArrayLike | None) -> None:
         """Restart at a given pose (3,), which may be slightly wrong: see `draw_start`."""
         free_space = self.perception.free_space
         self._start_from(draw_start(map_from_base, covariance, free_space, self.config, self._rng))

@@ -6,8 +6,10 @@ from threading import Lock
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.given_arrays import angle_slip
 from racecar.pipelines.bags.converters.transforms import (
     BASE_FRAMES,
     FrameLinks,
@@ -23,6 +25,9 @@ _LARGEST_TILT = np.radians(10)
 """Largest tilt of a planar scan: 10° put a wall 5 m away 9 cm too far. Chosen by judgement."""
 _SAME_PLACE = 0.01
 """Metres or radians within which two places are the same. Chosen by judgement: too little to blur a map."""
+
+_FARTHEST = 20.0
+"""Metres from the base to a laser: an error, since no car is as long. Chosen by judgement."""
 
 
 class CarFrames:
@@ -151,15 +156,27 @@ def _are_two_places(first: NDArray[np.float64], second: NDArray[np.float64]) -> 
     return bool(np.hypot(x, y) > _SAME_PLACE or abs(yaw) > _SAME_PLACE)
 
 
+def given_place(place: ArrayLike) -> tuple[float, ...]:
+    """The place of a laser as a caller gave it: x, y, yaw and perhaps roll. Raises UserError."""
+    try:
+        numbers = tuple(np.atleast_1d(np.asarray(place, dtype=np.float64)).tolist())
+    except (TypeError, ValueError):
+        numbers = ()
+    if (slip := slip_in(numbers)) is not None:
+        raise UserError(f"The laser_pose {place!r} is not a place: {slip}.")
+    return numbers
+
+
 def slip_in(place: Sequence[float]) -> str | None:
     """What is wrong with a place that a user gave, (3,) or (4,) with a roll, as the end of a sentence."""
+    if np.shape(place) not in ((3,), (4,)) or not np.isfinite(place).all():
+        return "give x, y and yaw in metres and radians, and the roll, 3.1416, if the laser hangs upside down"
+    if (far := max(abs(place[0]), abs(place[1]))) > _FARTHEST:
+        return f"{far:g} m is beyond any car: give metres, {far / 1000:g} if these are millimetres"
     yaw, roll = place[2], [*place, 0.0][3]
     for name, angle in (("yaw", yaw), ("roll", roll)):
-        if abs(angle) > 2.0 * np.pi:
-            return (
-                f"a {name} of {angle:g} goes round more than once: give radians, {np.radians(angle):.4f} if "
-                "these are degrees"
-            )
+        if (slip := angle_slip(name, angle)) is not None:
+            return slip
     if abs(np.sin(roll)) > np.sin(_LARGEST_TILT):
         return (
             f"a roll of {roll:g} ({np.degrees(roll):.0f}°) tilts the laser: a planar one hangs upright, "

@@ -6,9 +6,12 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import ArrayLike
+
+from racecar.maps.calls import checked
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
-from racecar.pipelines.bags.car_frames import CarFrames
+from racecar.pipelines.bags.car_frames import CarFrames, given_place
 from racecar.pipelines.bags.converters.framed_scans import FramedScanConverter
 from racecar.pipelines.bags.converters.registry import (
     SCAN_CONVERTERS,
@@ -53,6 +56,7 @@ class BagReader:
     restarts, and raises UserError at the end if no scan was usable. Close it, or use it as a context manager.
     """
 
+    @checked
     def __init__(
         self,
         path: str | Path,
@@ -62,18 +66,18 @@ class BagReader:
         imu_topic: str | None = None,
         use_odometry: bool = True,
         use_imu: bool = True,
-        base_from_laser: Iterable[float] | None = None,
+        laser_pose: ArrayLike | None = None,
         start: float = 0.0,
         duration: float | None = None,
         sensors: SensorConfig | None = None,
     ) -> None:
         """Open a bag and find out what it contains.
 
-        With several ``scan_topic`` all scans are read, each placed by its own frame. ``base_from_laser``
-        (3,), or (4,) with a roll, overrides the transforms in the bag. Only messages recorded from ``start``
-        seconds after the bag's first message are read, for ``duration`` seconds. ``sensors`` configures which
-        readings count. Raises UserError when the path is not a bag, a named topic is not in it, or no scan
-        can be read.
+        With several ``scan_topic`` all scans are read, each placed by its own frame. ``laser_pose`` (3,), or
+        (4,) with a roll, in metres and radians, overrides the transforms in the bag. Only messages recorded
+        from ``start`` seconds after the bag's first message are read, for ``duration`` seconds. ``sensors``
+        configures which readings count. Raises UserError when the path is not a bag, a named topic is not in
+        it, or no scan can be read.
         """
         self.sensors = sensors or SensorConfig()
         """Which readings count, from the next iteration on."""
@@ -95,9 +99,10 @@ class BagReader:
                 use_odometry=use_odometry,
                 imu_topic=imu_topic,
                 use_imu=use_imu,
-                is_place_given=base_from_laser is not None,
+                is_place_given=laser_pose is not None,
             )
-            self._frames = CarFrames(base_from_laser, links=links)
+            place = None if laser_pose is None else given_place(laser_pose)
+            self._frames = CarFrames(place, links=links)
             self._frames.name_odometry_child(self._motion.odometry_child)
             for frame in dict.fromkeys(frame for samples in self._scans for frame in samples.frames):
                 self._frames.placed(frame)

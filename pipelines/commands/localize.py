@@ -68,12 +68,13 @@ def localize(
         with context.report.stage("loading"):  # after bag and map, so that their faults are reported at once
             from racecar.localization.verdict.drive_quality import DriveVerdict
             from racecar.pipelines.runs.localization_run import run_localization
+            from racecar.pipelines.runs.mapping_drive import MappingDrive
         run = run_localization(
             reader,
             grid,
             settings,
             context,
-            map_path=map,
+            drive=MappingDrive.beside(map),
             initial_pose=initial_pose,
             anywhere=anywhere,
             seed=seed,

@@ -97,11 +97,6 @@ def parse_laser_pose(text: str) -> tuple[float, ...]:
     from racecar.pipelines.bags.car_frames import slip_in
 
     numbers = tuple(numbers_in(text) or ())
-    if len(numbers) not in (3, 4) or not all(abs(number) < _FARTHEST for number in numbers):
-        raise UserError(
-            f"{_LASER_POSE} {text!r} is not a place: give X Y YAW in metres and radians, and ROLL, 3.1416, "
-            "if the laser hangs upside down."
-        )
     if (slip := slip_in(numbers)) is not None:
         raise UserError(f"{_LASER_POSE} {text!r} is not a place: {slip}.")
     return numbers
@@ -179,7 +174,7 @@ class ReadingFlags:
             imu_topic=self.imu_topic,
             use_odometry=not self.no_odom,
             use_imu=not self.no_imu,
-            base_from_laser=None if self.laser_pose is None else parse_laser_pose(self.laser_pose),
+            laser_pose=None if self.laser_pose is None else parse_laser_pose(self.laser_pose),
             start=self.start,
             duration=self.duration,
         )

@@ -19,7 +19,7 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed, replay
 from racecar.pipelines.experiments.filters import simulated_drive
-from racecar.pipelines.runs.mapping_drive import mapping_trajectory
+from racecar.pipelines.runs.mapping_drive import MappingDrive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
@@ -75,7 +75,8 @@ def bag_recording(
     if begin is None:
         raise UserError(f"{bag} holds no usable scan.")
     start = None if initial_pose is None else np.array(initial_pose)
-    driven = mapping_trajectory(map, bag) if start is None else None
+    drive = MappingDrive.beside(map) if start is None else None
+    driven = drive.trajectory() if drive is not None and drive.is_of(bag) else None
     if driven is not None:
         start = driven.poses_at(np.array([begin]))[0]
 

@@ -26,7 +26,7 @@ class Config(Settings):
     localization: LocalizationConfig = Field(default_factory=LocalizationConfig)
 
 
-ConfigSource: TypeAlias = "Config | str | Path | Mapping[str, Any] | None"
+ConfigSource: TypeAlias = Config | str | Path | Mapping[str, Any] | None
 """A YAML file, its contents, or settings; None means the defaults."""
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
@@ -15,7 +16,9 @@ from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
 from racecar.localization.warm_up import warm_up
 from racecar.mapping.session.recordings import Recording
+from racecar.maps.calls import checked
 from racecar.maps.errors import UserError
+from racecar.maps.geometry.given_arrays import as_pose
 from racecar.maps.geometry.se2 import IDENTITY, Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
@@ -27,9 +30,10 @@ from racecar.pipelines.files.optional_packages import is_installed, left_out
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.pictures.moments import Moment, MomentsAlong
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.run_html import run_html
 from racecar.pipelines.files.run_report import REPORT_FILE
 from racecar.pipelines.files.tum import save_tum
-from racecar.pipelines.runs.bag_reading import opened_bag
+from racecar.pipelines.runs.bag_reading import BagReading, opened_bag
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.evaluation.evaluation import compare
 from racecar.pipelines.runs.evaluation.wall_fit import WallFit
@@ -39,7 +43,8 @@ from racecar.pipelines.runs.map_cautions import (
     cautions_of_resolution,
     cautions_of_walls,
 )
-from racecar.pipelines.runs.mapping_drive import has_mapping_drive, mapping_trajectory
+from racecar.pipelines.runs.map_run import MapRun
+from racecar.pipelines.runs.mapping_drive import MappingDrive
 from racecar.pipelines.runs.output_places import OutputFolder, check_saving
 from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.runs.view.recorder import Recorder, recording
@@ -109,6 +114,9 @@ class LocalizationRun:
     def __repr__(self) -> str:
         return f"<LocalizationRun of {self.title}, {len(self.estimates)} scans. {self.quality.summary}>"
 
+    def _repr_html_(self) -> str:
+        return run_html(self.title, self.quality.summary, self.grid, self.trajectory, len(self.warnings))
+
     def plot(self) -> "Figure":
         """The path over the map and scans at a few moments, as in overlay.png.
 
@@ -118,6 +126,7 @@ class LocalizationRun:
 
         return self._picture(figure_to_show)
 
+    @checked
     def save(self, folder: str | Path, *, replace: bool = False) -> None:
         """Write the files that ``racecar localize`` writes: trajectory.tum, overlay.png and report.json.
 
@@ -157,42 +166,63 @@ class LocalizationRun:
         return overlay(self.grid, trajectory, self.along.moments, said, new_figure=new_figure)
 
 
+@checked
 def localize_bag(
     bag: str | Path | BagReader,
-    map: str | Path | OccupancyGrid,
+    map: str | Path | MapRun | OccupancyGrid,
     *,
-    initial_pose: Sequence[float] | None = None,
+    initial_pose: ArrayLike | None = None,
     anywhere: bool = False,
     config: ConfigSource = None,
+    scan_topic: str | Sequence[str] | None = None,
+    odom_topic: str | None = None,
+    imu_topic: str | None = None,
+    use_odometry: bool = True,
+    use_imu: bool = True,
+    laser_pose: ArrayLike | None = None,
+    start: float = 0.0,
+    duration: float | None = None,
     seed: int = 0,
     quiet: bool = True,
 ) -> LocalizationRun:
     """Estimate where a bag's car was on a map, as ``racecar localize`` does.
 
-    ``bag`` is a path, or a `BagReader` opened with the topics, the laser's pose or the part to use. ``map``
-    is a map's YAML file, a folder with map.yaml, the name of a shipped map, or a grid. The car starts at the
-    ``initial_pose`` (3,), x and y in metres and yaw in radians, or ``anywhere``. With neither, the bag that
-    made the map starts at its known pose, and any other bag starts anywhere. ``config`` is a YAML file of
-    settings or its contents. Unless ``quiet``, a terminal shows the progress.
+    ``bag`` is a path, which is read with the options of `BagReader`, or a `BagReader` that is open. ``map``
+    is the run that made it, a folder with map.yaml, a map's YAML file, the name of a shipped map, or a grid.
+    The car starts at the ``initial_pose`` (3,), x and y in metres and yaw in radians, or ``anywhere``. With
+    neither, the bag that made the map starts at its known pose, and any other bag starts anywhere.
+    ``config`` and ``laser_pose`` are as for `map_bag`. Unless ``quiet``, a terminal shows the progress.
 
     Raises UserError, which states the fault and the remedy in one sentence.
     """
-    context, path = RunContext(Report("racecar.localize_bag"), quiet=quiet), None
-    if not isinstance(map, OccupancyGrid):
-        path = Path(map)
-    settings = load_config(config)
-    with opened_bag(bag, settings.sensors) as reader:
-        context.report.add("inputs", {"bag": reader.path, "map": path})
+    context, settings = RunContext(Report("racecar.localize_bag"), quiet=quiet), load_config(config)
+    reading = BagReading(
+        scan_topic, odom_topic, imu_topic, use_odometry, use_imu, laser_pose, start, duration
+    )
+    with opened_bag(bag, settings.sensors, reading) as reader:
+        file = map if isinstance(map, str | Path) else None
+        context.report.add("inputs", {"bag": reader.path, "map": file})
+        grid, drive = _map_of(map)
         return run_localization(
             reader,
-            map if isinstance(map, OccupancyGrid) else load_map(map),
+            grid,
             settings,
             context,
-            map_path=path,
-            initial_pose=initial_pose,
+            drive=drive,
+            initial_pose=None if initial_pose is None else as_pose(initial_pose, "The initial pose"),
             anywhere=anywhere,
             seed=seed,
         )
+
+
+def _map_of(map: str | Path | MapRun | OccupancyGrid) -> tuple[OccupancyGrid, MappingDrive | None]:
+    """The grid, and the drive that made it; of a run, the same as its files hold."""
+    if isinstance(map, OccupancyGrid):
+        return map, None
+    if isinstance(map, MapRun):
+        drive = MappingDrive(map.report.contents.inputs, lambda: map.trajectory)
+        return map.written_grid, drive if len(map.trajectory) else None
+    return load_map(map), MappingDrive.beside(Path(map))
 
 
 def run_localization(
@@ -201,7 +231,7 @@ def run_localization(
     config: Config,
     context: RunContext,
     *,
-    map_path: Path | None = None,
+    drive: MappingDrive | None = None,
     initial_pose: Sequence[float] | Pose | None = None,
     anywhere: bool = False,
     seed: int = 0,
@@ -209,31 +239,29 @@ def run_localization(
 ) -> LocalizationRun:
     """Run the localizer on an open bag; figures and warnings go into the report.
 
-    The car starts at the ``initial_pose`` (3,) or ``anywhere``. With neither, it starts where the drive
-    beside ``map_path`` that made the map began; if that has no pose at the first scan, the whole map is
+    The car starts at the ``initial_pose`` (3,) or ``anywhere``. With neither, it starts where the ``drive``
+    that made the map began, if it was this bag's; if that has no pose at the first scan, the whole map is
     searched, and the report says so. A record of all inputs and outputs is written ``record_into`` a folder.
     If the car is not found because the map is of another place, the rest of the bag is skipped. Raises
     UserError when the bag holds no usable scan, or none with a return.
     """
     if initial_pose is not None and anywhere:
-        raise UserError(
-            "An initial pose and a search of the whole map (--global) exclude each other; give one of them."
-        )
+        raise UserError("An initial pose and a search of the whole map exclude each other; give one of them.")
     report, settings = context.report, config.localization
     report.add("inputs", {"seed": seed, "settings": settings.model_dump()})
     with report.stage("loading"):
         warm_up(settings)
     with report.stage("self-calibration"):
         calibrate(reader, context)
-    driven = None if map_path is None else mapping_trajectory(map_path, reader.path)
-    for sentence in [] if map_path is None else cautions_of_path(grid, map_path):
+    driven = drive.trajectory() if drive is not None and drive.is_of(reader.path) else None
+    for sentence in [] if drive is None else cautions_of_path(grid, drive):
         report.warn(sentence)
     with report.stage("preparing the map"):
         localizer = Localizer(grid, settings, np.random.default_rng(seed))
     if initial_pose is not None:
         localizer.set_pose(np.array(initial_pose, dtype=np.float64))
     is_open = initial_pose is None and not anywhere
-    if is_open and driven is None and map_path is not None and has_mapping_drive(map_path):
+    if is_open and driven is None and drive is not None:
         _start_anywhere(report)
     run, walls = LocalizationRun(grid, report, reader.path.name), WallFit(grid)
     with (
@@ -281,7 +309,7 @@ def _start_anywhere(report: Report, fault: str = "is from another drive") -> Non
     report.add("inputs", {"start": "anywhere"})
     report.warn(
         f"The map's trajectory.tum {fault}, so the whole map was searched for the start; "
-        "give --initial-pose if it is known."
+        "give the initial pose if it is known."
     )
 
 
@@ -377,7 +405,7 @@ def _update_times(run: LocalizationRun) -> dict[str, float | None]:
 
 def _search_ended(run: LocalizationRun, *, is_placed: bool) -> str:
     seconds = (run.estimates[-1].stamp - run.estimates[0].stamp) * 1e-9
-    start = "correct --initial-pose" if is_placed else "give --initial-pose"
+    start = "correct the initial pose" if is_placed else "give the initial pose"
     return (
         f"The search ended {seconds:.0f} s into the drive, and the rest of the bag was not read. Name the "
         f"map of the place, or {start}."

@@ -1,18 +1,17 @@
 """Warnings about a map's figures and how far they can be trusted."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
 from racecar.localization.verdict.drive_quality import DriveVerdict
 from racecar.maps.errors import UserError
 from racecar.maps.grid.edits import Edit, covered
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.occupancy_grid import OCCUPIED_THRESHOLD, OccupancyGrid
 from racecar.maps.grid.tiled_grid import TiledGrid
-from racecar.maps.map_files import MOST_PIXELS, OCCUPIED_THRESHOLD
+from racecar.maps.map_files import MOST_PIXELS
 from racecar.pipelines.runs.evaluation.wall_fit import ON_WALL, WallFit
-from racecar.pipelines.runs.mapping_drive import mapping_path
+from racecar.pipelines.runs.mapping_drive import MappingDrive
 from racecar.sensors.fixed_returns.left_out import LeftOut
 
 _COARSE = 0.25
@@ -87,13 +86,11 @@ def cautions_of_walls(walls: WallFit) -> list[str]:
     ]
 
 
-def cautions_of_path(grid: OccupancyGrid, map_path: Path) -> list[str]:
+def cautions_of_path(grid: OccupancyGrid, drive: MappingDrive) -> list[str]:
     """For a map beside the path of a drive, when the two do not match."""
     try:
-        driven = mapping_path(map_path)
+        driven = drive.trajectory()
     except UserError:
-        return []
-    if driven is None:
         return []
     cells = grid.cell_of(driven.map_from_base[:, :2])
     is_inside = grid.contains(cells)

@@ -8,22 +8,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from racecar.mapping.grid.rendering import pixels_of
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.result import MappingResult
+from racecar.maps.calls import checked
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.maps.grid.edits import edited
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.map_files import MOST_PIXELS
+from racecar.maps.map_files import MOST_PIXELS, as_written
 from racecar.maps.text_files import read_text
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits, is_made_by_us
 from racecar.pipelines.files.optional_packages import left_out
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.run_html import run_html
 from racecar.pipelines.files.run_report import REPORT_FILE
 from racecar.pipelines.runs.map_cautions import cautions_of_edits, cautions_of_size
 from racecar.pipelines.runs.map_outputs import MAP_NAMES, outputs_with, remove_outdated
@@ -66,6 +69,12 @@ class MapRun:
         return self.result.grid
 
     @property
+    def written_grid(self) -> OccupancyGrid:
+        """The map as its files hold it: with the edits, each cell occupied, free or unknown."""
+        drawn = edited(self.result.tiled, self.edits.edits)
+        return as_written(drawn, **pixels_of(self.result.rendering)).in_one_piece()
+
+    @property
     def trajectory(self) -> Trajectory:
         """The car at each scan: ``stamps`` (N,) in nanoseconds, ``map_from_base`` (N, 3) in metres, metres
         and radians."""
@@ -92,6 +101,10 @@ class MapRun:
     def __repr__(self) -> str:
         return f"<MapRun of {self.title}, {len(self.trajectory)} scans. {self.quality.summary}>"
 
+    def _repr_html_(self) -> str:
+        drawn = edited(self.result.tiled, self.edits.edits)
+        return run_html(self.title, self.quality.summary, drawn, self.trajectory, len(self.warnings))
+
     def plot(self) -> "Figure":
         """The map with the path and the loops closed, as in map.png.
 
@@ -102,6 +115,7 @@ class MapRun:
 
         return picture_of(self, figure_to_show)
 
+    @checked
     def save(self, folder: str | Path, requested: Collection[str] = (), *, replace: bool = False) -> None:
         """Write the files that ``racecar map`` writes, such as map.yaml, map.png and trajectory.tum, and
         those ``requested``, such as walls.svg.

@@ -1,10 +1,8 @@
 """Everything requested from ``racecar map`` for a bag, so that another process can do it and compare it with
 earlier results."""
 
-import hashlib
-import json
 from collections.abc import Collection
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +13,7 @@ from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.runs.bag_reading import BagReading
 from racecar.pipelines.runs.output_places import OutputFolder
+from racecar.pipelines.runs.run_digest import run_digest
 
 if TYPE_CHECKING:
     from racecar.pipelines.runs.map_run import MapRun
@@ -52,15 +51,7 @@ class MappingJob:
 
     def digest(self, bag_fingerprint: str) -> str:
         """Changes whenever a bag with this fingerprint would result in a different map."""
-        decisive = {
-            "bag": bag_fingerprint,
-            "settings": self.config.mapping.model_dump(mode="json"),
-            "sensors": self.config.sensors.model_dump(mode="json"),
-            "reading": asdict(self.reading),
-            "continued": None if self.continued is None else str(self.continued),
-            "initial_pose": self.initial_pose,
-        }
-        return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
+        return run_digest(bag_fingerprint, self.config, self.reading, self.continued, self.initial_pose)
 
 
 def carry_out(job: MappingJob, context: "RunContext") -> "MapRun":
@@ -74,13 +65,13 @@ def carry_out(job: MappingJob, context: "RunContext") -> "MapRun":
             from racecar.pipelines.runs.map_run import protect_edits
             from racecar.pipelines.runs.mapping_run import build_map
             from racecar.pipelines.runs.view.recorder import record_mapping
-        report.add("inputs", {"run_digest": job.digest(reader.fingerprint)})
         edits = MapEdits() if job.continued is None else edits_beside(job.continued)
         protect_edits(job.out, edits, job.continued, report)
         run = build_map(
             reader,
             job.config,
             context,
+            reading=job.reading,
             continued=job.continued,
             initial_pose=job.initial_pose,
             keep_clouds=POINTS_FILE in job.requested,

@@ -8,19 +8,22 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.session import has_recording_of
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.mapping.state.result import WITHOUT_WHEELS
+from racecar.maps.calls import checked
 from racecar.maps.errors import UserError
+from racecar.maps.geometry.given_arrays import as_pose
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.config_file import Config, ConfigSource, load_config
 from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.bag_reading import opened_bag
+from racecar.pipelines.runs.bag_reading import BagReading, opened_bag
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.corrected_session import CorrectedSession, load_corrected
 from racecar.pipelines.runs.error_sentences import TO_BE_RECOGNIZED
@@ -29,6 +32,7 @@ from racecar.pipelines.runs.interrupts import StopRequest, stop_request
 from racecar.pipelines.runs.map_cautions import cautions_of_fixed_returns, cautions_of_resolution
 from racecar.pipelines.runs.map_run import MapRun, finish_map
 from racecar.pipelines.runs.run_context import RunContext
+from racecar.pipelines.runs.run_digest import run_digest
 from racecar.sensors.fixed_returns.fixed_returns import FixedReturns
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.scan import Scan
@@ -38,18 +42,28 @@ _FIRST_TURNS, _ROUNDS = 5000, 3
 restarts, since the learned lag hardly changes after the second one."""
 
 
+@checked
 def map_bag(
     bag: str | Path | BagReader,
     *,
     config: ConfigSource = None,
+    scan_topic: str | Sequence[str] | None = None,
+    odom_topic: str | None = None,
+    imu_topic: str | None = None,
+    use_odometry: bool = True,
+    use_imu: bool = True,
+    laser_pose: ArrayLike | None = None,
+    start: float = 0.0,
+    duration: float | None = None,
     continued: str | Path | None = None,
-    initial_pose: Sequence[float] | None = None,
+    initial_pose: ArrayLike | None = None,
     quiet: bool = True,
 ) -> MapRun:
     """Build a map of a bag, as ``racecar map`` does.
 
-    ``bag`` is a path, or a `BagReader` opened with the topics, the laser's pose or the part to use.
-    ``config`` is a YAML file of settings or its contents, such as ``{"mapping": {"resolution": 0.1}}``.
+    ``bag`` is a path, which is read with the options of `BagReader`, or a `BagReader` that is open.
+    ``config`` is a YAML file of settings, its contents, such as ``{"mapping": {"resolution": 0.1}}``, or a
+    `Config`. ``laser_pose`` (3,) is the laser's place on the car, in metres and radians; (4,) with a roll.
     ``continued`` is the folder of an earlier map to extend. The drive starts on it at the ``initial_pose``
     (3,), x and y in metres and yaw in radians; without one, the whole map is searched. Unless ``quiet``, a
     terminal shows the progress.
@@ -58,9 +72,20 @@ def map_bag(
     """
     context = RunContext(Report("racecar.map_bag"), quiet=quiet)
     settings, folder = load_config(config), None if continued is None else Path(continued)
-    with opened_bag(bag, settings.sensors) as reader:
-        context.report.add("inputs", {"bag": reader.path})
-        return build_map(reader, settings, context, continued=folder, initial_pose=initial_pose)
+    reading = BagReading(
+        scan_topic, odom_topic, imu_topic, use_odometry, use_imu, laser_pose, start, duration
+    )
+    with opened_bag(bag, settings.sensors, reading) as reader:
+        file = config if isinstance(config, str | Path) else None
+        context.report.add("inputs", {"bag": reader.path, "config": file})
+        return build_map(
+            reader,
+            settings,
+            context,
+            reading=None if isinstance(bag, BagReader) else reading,
+            continued=folder,
+            initial_pose=None if initial_pose is None else as_pose(initial_pose, "The initial pose").tolist(),
+        )
 
 
 def build_map(
@@ -68,12 +93,14 @@ def build_map(
     config: Config,
     context: RunContext,
     *,
+    reading: BagReading | None = None,
     continued: Path | None = None,
     initial_pose: Sequence[float] | None = None,
     learns_sensors: bool = True,
     keep_clouds: bool = False,
 ) -> MapRun:
-    """Run the mapper on an open bag; figures and warnings go into the report.
+    """Run the mapper on an open bag; figures and warnings go into the report, and with the ``reading``, by
+    which the bag was opened, a digest of the run.
 
     The map in the folder ``continued`` is extended; the drive starts on it at the ``initial_pose`` (3,) or
     anywhere. If ``learns_sensors``, the sensors are calibrated from the beginning of the bag. If
@@ -84,6 +111,9 @@ def build_map(
     """
     report, mapping = context.report, config.mapping
     report.add("inputs", {"settings": mapping.model_dump()})
+    if reading is not None:
+        digest = run_digest(reader.fingerprint, config, reading, continued, initial_pose)
+        report.add("inputs", {"run_digest": digest})
     known = None if continued is None else load_corrected(continued, context)
     earlier = _earlier_map(reader, config, report, known, initial_pose)
     if learns_sensors:
@@ -143,7 +173,7 @@ def _earlier_map(
     if continued is None:
         if initial_pose is not None:
             raise UserError(
-                "An initial pose is a place on the map that is extended (--continue); give both, or neither."
+                "An initial pose is a place on the earlier map that a drive continues; give both, or neither."
             )
         return None
     folder = continued.folder
@@ -156,8 +186,8 @@ def _remedy(*, is_start_given: bool) -> str:
     """What would help to recognize a drive on a map."""
     if is_start_given:
         return (
-            "see that --initial-pose is where it begins, in the frame of the earlier map, or leave it out to "
-            "search all of that map."
+            "see that the initial pose is where it begins, in the frame of the earlier map, or leave it out "
+            "to search all of that map."
         )
     return f"{TO_BE_RECOGNIZED}, or map it on its own."
 

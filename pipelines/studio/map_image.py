@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from racecar.maps.geometry.se2 import Pose, transform_points
-from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import OCCUPIED_THRESHOLD, UNKNOWN, OccupancyGrid
 from racecar.maps.grid.raster import Raster
 from racecar.maps.grid.thinning import thinned
-from racecar.maps.map_files import OCCUPIED_THRESHOLD
 from racecar.pipelines.files.pictures.shown_area import known_cells
 from racecar.pipelines.studio.palette import Backdrop, Color
 

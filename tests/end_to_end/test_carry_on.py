@@ -47,7 +47,7 @@ def test_a_second_drive_carries_on_the_map(racecar: Racecar, tmp_path: Path) -> 
     wrong = ("--initial-pose", x + 1.0, y, yaw)
     more = ("map", tmp_path / "second.bag", "--continue", tmp_path / "one")
     done = racecar(*more, "--out", tmp_path / "wrong", *wrong, code=2)
-    assert_refused(done, "see that --initial-pose is where it begins", tmp_path / "wrong")
+    assert_refused(done, "see that the initial pose is where it begins", tmp_path / "wrong")
 
     out = tmp_path / "neither"
     more = ("map", tmp_path / "elsewhere.bag", "--out", out, "--continue", tmp_path / "one")
@@ -63,7 +63,7 @@ def test_a_short_drive_of_another_day_carries_on_a_map(
     racecar("map", one, "--out", tmp_path / "one")
     done = racecar("map", two, "--out", tmp_path / "both", "--continue", tmp_path / "one")
     done = racecar("map", other, "--out", tmp_path / "neither", "--continue", tmp_path / "one", code=2)
-    assert "--initial-pose X Y YAW" in done.stderr
+    assert "give it as the initial pose" in done.stderr
     localized = ("localize", two, "--map", tmp_path / "one", "--out", tmp_path / "localized")
     racecar(*localized, "--global")
     found, by_localizer = (load_tum(tmp_path / each / "trajectory.tum") for each in ("both", "localized"))

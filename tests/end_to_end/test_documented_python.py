@@ -1,14 +1,18 @@
 """The Python that the docs show does what they say."""
 
+import ast
+import json
 from pathlib import Path
 from shutil import copytree
 from typing import Any
 
 import pytest
+from mypy import api as mypy
 
 from tests.checks.documentation import PAGES, REPOSITORY, blocks
 
 API = REPOSITORY / "docs" / "reference" / "api.md"
+NOTEBOOK = REPOSITORY / "docs" / "quick-start.ipynb"
 
 
 def examples(page: Path) -> list[str]:
@@ -52,3 +56,39 @@ def test_an_error_is_the_sentence_that_the_command_prints(names: dict[str, Any])
 def test_message_by_message(names: dict[str, Any]) -> None:
     assert len(names["result"].trajectory) > 100
     assert names["estimate"].covariance.shape == (3, 3)
+
+
+@pytest.mark.slow  # mypy analyzes the whole package, unless its cache is filled
+def test_the_examples_have_the_right_types(tmp_path: Path) -> None:
+    path = tmp_path / "examples.py"
+    path.write_text("\n".join(examples(API)), encoding="utf-8")
+    found, errors, _ = mypy.run(["--config-file", str(REPOSITORY / "pyproject.toml"), str(path)])
+    assert found.startswith("Success"), found + errors
+
+
+def cells() -> list[str]:
+    """The code of the notebook, by cell."""
+    contents = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
+    return ["".join(cell["source"]) for cell in contents["cells"] if cell["cell_type"] == "code"]
+
+
+def test_the_notebook_runs_and_shows_its_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    shown = [in_notebook(code, names) for code in cells()]
+    assert sum(hasattr(each, "_repr_html_") for each in shown) == 2
+    assert names["walls"].shape[1] == 2 and len(names["walls"]) > 100
+    assert names["drive"].quality.verdict.value == "localized"
+    assert "0.27 if these are millimetres" in capsys.readouterr().out
+
+
+def in_notebook(code: str, names: dict[str, Any]) -> object:
+    """Run a cell; the value of its last line is what a notebook shows."""
+    *others, last = ast.parse(code).body
+    if not isinstance(last, ast.Expr):
+        exec(compile(code, str(NOTEBOOK), "exec"), names)
+        return None
+    exec(compile(ast.Module(others, []), str(NOTEBOOK), "exec"), names)
+    return eval(compile(ast.Expression(last.value), str(NOTEBOOK), "eval"), names)

@@ -59,7 +59,7 @@ MISTAKES: list[tuple[tuple[str, ...], str]] = [
     (("map", "--batch", "list", "--continue", "run"), "racecar merge"),
     (("map", "--batch", "list", "--jobs", "2", *SCHEDULER), "--jobs is for this machine"),
     (("map", "--batch", "nowhere.txt"), "Cannot read nowhere.txt"),
-    (("map", "drive.bag", "--initial-pose", "0", "0", "0"), "--continue"),
+    (("map", "drive.bag", "--initial-pose", "0", "0", "0"), "earlier map"),
     (("map", "drive.bag", "--continue", "maps"), "no session.npz"),
 ]
 

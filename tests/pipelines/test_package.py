@@ -1,5 +1,6 @@
 """What the package offers at its top, to those who write ``import racecar``."""
 
+import json
 import signal
 import subprocess
 import sys
@@ -109,6 +110,57 @@ def test_what_is_shown(mapped: racecar.MapRun, bag: Path) -> None:
     figure = localized.plot()
     assert len(figure.axes) > 1
     pyplot.close(figure)
+
+
+def test_a_run_is_a_map_and_gives_what_its_files_give(
+    bag: Path, mapped: racecar.MapRun, tmp_path: Path
+) -> None:
+    mapped.save(tmp_path / "map")
+    by_run, by_folder = racecar.localize_bag(bag, mapped), racecar.localize_bag(bag, tmp_path / "map")
+    assert by_run.reference is not None
+    np.testing.assert_array_equal(by_run.grid.cells, by_folder.grid.cells)
+    np.testing.assert_allclose(by_run.trajectory.map_from_base, by_folder.trajectory.map_from_base, atol=1e-6)
+
+
+def test_cells_in_memory_are_what_they_are_in_files(mapped: racecar.MapRun, tmp_path: Path) -> None:
+    mapped.save(tmp_path)
+    read, grid = racecar.load_map(tmp_path), mapped.grid
+    for name in ("is_occupied", "is_free", "is_unknown"):
+        np.testing.assert_array_equal(getattr(grid, name), getattr(read, name), name)
+    assert grid.is_occupied.sum() > 1.1 * (grid.cells == 100).sum()
+    assert np.all(grid.is_occupied ^ grid.is_free ^ grid.is_unknown)
+
+
+def test_a_notebook_shows_runs_and_grids(bag: Path, mapped: racecar.MapRun) -> None:
+    shown = mapped._repr_html_()
+    assert "drive.bag" in shown and mapped.quality.summary in shown and "cells of 0.05 m" in shown
+    assert "<polyline" in shown and "data:image/png;base64," in shown
+    grid = mapped.grid._repr_html_()
+    assert f"{mapped.grid.shape[0]} rows" in grid and "<polyline" not in grid
+    localized = racecar.localize_bag(bag, mapped)._repr_html_()
+    assert "The drive is" in localized and "60 scans" in localized
+    assert len(shown) < 100_000
+
+
+def test_options_of_a_bag_are_those_of_its_reader(bag: Path) -> None:
+    place = [0.5, 0.0, 0.0]
+    run = racecar.map_bag(bag, scan_topic="/scan", laser_pose=place, use_odometry=False)
+    inputs = run.report.as_dict()["inputs"]
+    assert inputs["base_from_laser"] == place
+    assert (inputs["scan_topic"], inputs["odom_topic"]) == ("/scan", None)
+
+
+def test_the_report_is_that_of_the_command(bag: Path, tmp_path: Path) -> None:
+    settings = tmp_path / "settings.yaml"
+    settings.write_text("mapping: {resolution: 0.1}\n")
+    arguments = ["map", str(bag), "--config", str(settings), "--out", str(tmp_path / "cli"), "--quiet"]
+    assert run(arguments) == 0
+    racecar.map_bag(bag, config=settings).save(tmp_path / "api")
+    by_command, by_api = (
+        json.loads((tmp_path / name / "report.json").read_text())["inputs"] for name in ("cli", "api")
+    )
+    assert by_api == by_command
+    assert by_api["run_digest"] and by_api["config"] == str(settings)
 
 
 def test_a_bag_with_chosen_topics_stays_open(bag: Path) -> None:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import wrap_angle
-from racecar.pipelines.bags.converters.scan_reading import LONGEST_RANGE, WIDEST, ScanSetup, limits
-from racecar.sensors.scan import Scan, frozen
+from racecar.pipelines.bags.converters.scan_reading import WIDEST, ScanSetup, limits
+from racecar.sensors.scan import LONGEST_RANGE, Scan, frozen
 
 if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan

@@ -17,12 +17,11 @@ from racecar.pipelines.bags.converters.transforms import SensorPlace
 from racecar.sensors.config import SensorConfig
 from racecar.sensors.even_sample import EvenSample
 from racecar.sensors.findings import Finding
+from racecar.sensors.scan import LONGEST_RANGE
 
 if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan
 
-LONGEST_RANGE = 1000.0
-"""Metres; a larger ``range_max`` is not the sensor's range, since no laser scanner sees that far."""
 _READ = 3000
 """Messages read, so a car that stands at first is also seen driving; takes a fraction of a second."""
 _SCANS = 300

@@ -128,4 +128,6 @@ def _no_bag(folder: Path, present: list[Path]) -> str:
     ros1_bags = [path.name for path in present if path.name.endswith(ros1_suffixes)]
     if ros1_bags:
         return f"{folder} is a folder of ROS 1 bags: name one of them ({', '.join(ros1_bags[:5])})."
+    if (folder / "map.yaml") in present:
+        return f"{folder} holds a map, not a bag: name the bag first, then the map."
     return f"{folder} holds no bag: neither {' nor '.join(ROS2_SUFFIXES)} files are in it."

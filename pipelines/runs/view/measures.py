@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from racecar.maps.geometry.se2 import transform_points
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.map_files import OCCUPIED_THRESHOLD
+from racecar.maps.grid.occupancy_grid import OCCUPIED_THRESHOLD, OccupancyGrid
 from racecar.pipelines.runs.view.scene import Scene
 
 _ON_WALL = 0.1

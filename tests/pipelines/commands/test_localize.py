@@ -112,8 +112,8 @@ def test_another_drive_that_happens_to_bear_the_same_stamps_is_not_compared(bag:
 @pytest.mark.parametrize(
     ("flags", "advice"),
     [
-        (("--initial-pose", "2.2", "2.4", "0.1"), "correct --initial-pose."),
-        (("--global",), "give --initial-pose."),
+        (("--initial-pose", "2.2", "2.4", "0.1"), "correct the initial pose."),
+        (("--global",), "give the initial pose."),
     ],
 )
 def test_a_search_that_is_given_up_advises_what_was_not_done(

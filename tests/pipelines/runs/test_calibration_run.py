@@ -304,7 +304,7 @@ def test_a_flag_is_not_outweighed_nor_a_transform_by_wheels_alone(
 @pytest.mark.parametrize("roll", [[], [np.pi]])
 def test_the_flag_decides_what_hangs_upside_down(tmp_path: Path, roll: list[float]) -> None:
     given = np.array([0.0, 0.0, 0.0, *roll])
-    corrections, _ = corrections_of(upside_down(Recording()), tmp_path, base_from_laser=given)
+    corrections, _ = corrections_of(upside_down(Recording()), tmp_path, laser_pose=given)
     assert not corrections.is_upside_down and corrections.base_from_laser is None
     assert corrections.odometry_factors == ((1.0, 1.0, 1.0) if roll else (1.0, -1.0, -1.0))
 

@@ -9,8 +9,9 @@ from racecar.localization.verdict.drive_quality import DriveVerdict
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.map_files import load_map, save_map
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.files.tum import save_tum
+from racecar.pipelines.files.run_report import Inputs
 from racecar.pipelines.runs.map_cautions import cautions_of_fit, cautions_of_path
+from racecar.pipelines.runs.mapping_drive import MappingDrive
 
 
 @pytest.mark.parametrize(
@@ -35,8 +36,7 @@ def test_a_path_that_is_not_of_the_map_beside_it_is_told(tmp_path: Path, shift: 
     save_map(OccupancyGrid(cells, 0.05, np.zeros(3)), tmp_path / "map.yaml")
     along = np.linspace(0.5, 4.5, 20)
     driven = np.column_stack([along, np.full(20, 0.8 - shift), np.zeros(20)])
-    assert cautions_of_path(load_map(tmp_path), tmp_path) == []
-    save_tum(Trajectory(np.arange(20), driven), tmp_path / "trajectory.tum")
-    cautions = cautions_of_path(load_map(tmp_path), tmp_path)
+    drive = MappingDrive(Inputs(), lambda: Trajectory(np.arange(20), driven))
+    cautions = cautions_of_path(load_map(tmp_path), drive)
     assert len(cautions) == told
     assert all("100% of the path" in caution for caution in cautions)

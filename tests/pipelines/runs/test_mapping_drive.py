@@ -9,7 +9,7 @@ import pytest
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.storage.folder import bag_fingerprint
 from racecar.pipelines.files.tum import save_tum
-from racecar.pipelines.runs.mapping_drive import has_mapping_drive, mapping_trajectory
+from racecar.pipelines.runs.mapping_drive import MappingDrive
 
 
 @pytest.fixture
@@ -25,8 +25,10 @@ def bag(tmp_path: Path) -> Path:
 def is_known(bag: Path, report: str) -> bool:
     folder = bag.parent / "map"
     (folder / "report.json").write_text(report)
-    assert has_mapping_drive(folder)
-    return mapping_trajectory(folder, bag) is not None
+    drive = MappingDrive.beside(folder)
+    assert drive is not None
+    assert len(drive.trajectory()) == 1
+    return drive.is_of(bag)
 
 
 def test_it_is_known_by_path_and_better_by_content(bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -51,5 +53,4 @@ def test_a_report_that_does_not_name_the_bag_names_none(bag: Path, report: str) 
 
 def test_a_map_without_a_drive_beside_it_has_none(bag: Path) -> None:
     (bag.parent / "map" / "trajectory.tum").unlink()
-    assert not has_mapping_drive(bag.parent / "map")
-    assert mapping_trajectory(bag.parent / "map", bag) is None
+    assert MappingDrive.beside(bag.parent / "map") is None

@@ -30,7 +30,7 @@ def test_other_settings_another_reading_or_more_files_are_another_job(done: Mapp
     coarse = load_config({"mapping": {"resolution": 0.1}})
     assert not is_done(replace(done, config=coarse))
     assert not is_done(replace(done, reading=BagReading(duration=3.0)))
-    assert not is_done(replace(done, reading=BagReading(base_from_laser=(0.1, 0.0, 0.0))))
+    assert not is_done(replace(done, reading=BagReading(laser_pose=(0.1, 0.0, 0.0))))
     assert not is_done(replace(done, requested=("map_image.png",)))
     assert not is_done(replace(done, record=True))
 
