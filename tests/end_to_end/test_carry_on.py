@@ -63,7 +63,7 @@ def test_a_short_drive_of_another_day_carries_on_a_map(
     racecar("map", one, "--out", tmp_path / "one")
     done = racecar("map", two, "--out", tmp_path / "both", "--continue", tmp_path / "one")
     done = racecar("map", other, "--out", tmp_path / "neither", "--continue", tmp_path / "one", code=2)
-    assert "give it as the initial pose" in done.stderr
+    assert "with that as the initial pose" in done.stderr
     localized = ("localize", two, "--map", tmp_path / "one", "--out", tmp_path / "localized")
     racecar(*localized, "--global")
     found, by_localizer = (load_tum(tmp_path / each / "trajectory.tum") for each in ("both", "localized"))

@@ -43,7 +43,7 @@ def test_the_order_does_not_matter(folders: list[Path]) -> None:
         assert [Path(folder).name for folder in told["left_out"]] == ["other"]
         why, remedy = report.warnings
         assert "other was left out: the drive was not recognized" in why
-        assert "map its bag with --continue and --initial-pose" in remedy
+        assert "with that as the initial pose (--continue and --initial-pose X Y YAW)" in remedy
         results.append(run.result.session.map_from_keyframe)
     true = np.concatenate([PLACES["whole"], PLACES["part"]])
     assert np.abs(between(true, results[0])).max() < 0.02
