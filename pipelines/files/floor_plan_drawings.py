@@ -89,4 +89,4 @@ def _polylines(drawing: "Drawing") -> Iterator[NDArray[np.float64]]:
 
 def _unreadable(path: Path, kind: str, error: Exception) -> UserError:
     reason = " ".join(str(error).split()) or type(error).__name__
-    return UserError(f"The floor plan {path} cannot be read as {kind} ({reason}): save it anew.")
+    return UserError(f"The floor plan {path} cannot be read as {kind} ({reason}): save it again.")

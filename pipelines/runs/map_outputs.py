@@ -173,14 +173,14 @@ def outputs_with(requested: Collection[str] = ()) -> list[MapOutputKind]:
 
 
 def remove_outdated(replaced: Path, new: Path, report: Report) -> None:
-    """Remove, with the map in a folder that a ``new`` one replaces, what shows it and is not made anew. The
+    """Remove, with the map in a folder that a ``new`` one replaces, what shows it and is not made again. The
     report names each."""
     for name, (how, shown) in DERIVED.items():
         if not (replaced / name).is_file() or (new / name).exists():
             continue
         if not all(_is_same(replaced / each, new / each) for each in shown):
             remove_with(new / name)
-            report.warn(f"{replaced / name} showed the earlier map and was removed; {how} makes it anew.")
+            report.warn(f"{replaced / name} showed the earlier map and was removed; {how} makes it again.")
 
 
 def _is_same(one: Path, other: Path) -> bool:

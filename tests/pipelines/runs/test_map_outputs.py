@@ -82,5 +82,5 @@ def test_what_shows_a_map_goes_with_it_and_stays_while_it_is_the_same(tmp_path: 
     remove_outdated(old, new, report)
     assert {path.name for path in new.glob(".wh.*")} == {".wh.walls.svg", ".wh.track.csv"}
     walls, track = report.warnings
-    assert "walls.svg showed the earlier map and was removed; --svg makes it anew" in walls
+    assert "walls.svg showed the earlier map and was removed; --svg makes it again" in walls
     assert "track.csv" in track
