@@ -87,7 +87,7 @@ def test_any_map_may_be_the_first(folders: list[Path], tmp_path: Path) -> None:
 
 def test_maps_of_other_places_are_not_merged(folders: list[Path]) -> None:
     whole, _, other = folders
-    told = r"could be joined to \S*whole\. \S*other: the drive was .* --initial-pose X Y YAW; else "
+    told = r"could be joined to \S*whole\. \S*other: the drive was .* --initial-pose X Y YAW.; else "
     with pytest.raises(UserError, match=told):
         merge_runs([other, whole], Config(), RunContext())
 
