@@ -96,6 +96,10 @@ class MapperNode(LiveNode):
         self._is_cut_short = False
         self._drawer = Worker("drawer", self.faults, self.survive)
         self._unfinished = UnfinishedMap(output, self.faults)
+        for earlier in self._earlier:
+            self._unfinished.leave_longer(earlier.growth.keyframes)
+        if log.is_saved:
+            self._unfinished.leave_finished()
         self._display = MapperDisplay(
             node,
             self.parameters.map_frame,
@@ -347,7 +351,7 @@ class MapperNode(LiveNode):
         )
 
     def _begin_another(self) -> None:
-        self._unfinished.fewest = max(self._unfinished.fewest, self._mapper.growth.keyframes)
+        self._unfinished.leave_longer(self._mapper.growth.keyframes)
         self._earlier.append(self._mapper)
         self._mapper = Mapper(self._output.config.mapping)
         self._display.begin_anew()

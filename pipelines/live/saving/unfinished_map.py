@@ -36,15 +36,19 @@ class UnfinishedMap:
         """Not saved yet."""
         self._due = 0.0
         self._lock = Lock()
-        self.fewest = 0
-        """Keyframes of the longest drive before, whose map is not replaced by that of a shorter one."""
+        self._most_before = 0
+        """Keyframes of the longest drive before."""
 
     def show(self, session: Session, grid: OccupancyGrid) -> None:
         """Take note of the latest map, and save it if that is due."""
-        if len(session.keyframes) > self.fewest and session.keyframes.is_kept.any():
+        if len(session.keyframes) > self._most_before and session.keyframes.is_kept.any():
             self._latest = session, grid
             if time.monotonic() >= self._due:
                 self.save()
+
+    def leave_longer(self, keyframes: int) -> None:
+        """Do not replace the map of an earlier drive, of this many ``keyframes``, by that of a shorter one."""
+        self._most_before = max(self._most_before, keyframes)
 
     def leave_finished(self) -> None:
         """Until the drive ends, do not replace a finished map that was saved meanwhile."""

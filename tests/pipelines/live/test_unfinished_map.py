@@ -77,7 +77,7 @@ def test_it_is_a_run_that_says_it_is_not_finished(
 def test_a_short_drive_does_not_replace_the_map_of_a_longer_one_before(
     unfinished: UnfinishedMap, session: Session, tmp_path: Path
 ) -> None:
-    unfinished.fewest = len(session.keyframes)
+    unfinished.leave_longer(len(session.keyframes))
     unfinished.show(session, grid(0))
     unfinished.save()
     assert not (tmp_path / "out").exists()
