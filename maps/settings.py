@@ -38,7 +38,8 @@ class SettingsError(UserError):
         """The sentence about a file or another ``whole`` that holds the setting."""
         if self.is_unknown:
             return UserError(f"{whole} has the unknown key '{self.name}'; {self.clause}.")
-        return UserError(f"{whole} has a bad value for '{self.name}': {self.clause}.")
+        where = f" has a bad value for '{self.name}'" if self.name else ""
+        return UserError(f"{whole}{where}: {self.clause}.")
 
 
 class Settings(BaseModel):

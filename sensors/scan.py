@@ -22,10 +22,6 @@ LONGEST_RANGE = 1000.0
 """Metres; no laser scanner sees that far, so larger values are not its range, or in millimetres. Chosen by
 judgement."""
 
-_FAR_BEYOND = 10.0
-"""Share of the max_range up to which a range is no error of the unit, since factors of them are 1000. Chosen
-by judgement."""
-
 
 @checked
 @dataclass(frozen=True, eq=False)
@@ -72,12 +68,6 @@ class Scan:
             )
         if not len(bearings):
             return
-        farthest = np.fmax.reduce(ranges, where=self.is_return, initial=0.0)
-        if farthest > _FAR_BEYOND * self.max_range:
-            raise UserError(
-                f"The ranges of a scan reach {farthest:g} m, beyond its max_range of {self.max_range:g} m: "
-                "give metres, and inf for a miss."
-            )
         for bearing in (bearings.item(0), bearings.item(-1)):  # the extremes, as they ascend
             if (slip := angle_slip("bearing", bearing)) is not None:
                 raise UserError(f"The bearings of a scan cannot be used: {slip}.")

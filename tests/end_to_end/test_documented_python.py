@@ -2,6 +2,8 @@
 
 import ast
 import json
+import os
+import sys
 from pathlib import Path
 from shutil import copytree
 from typing import Any
@@ -76,6 +78,7 @@ def test_the_notebook_runs_and_shows_its_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     names: dict[str, Any] = {}
     shown = [in_notebook(code, names) for code in cells()]
     assert sum(hasattr(each, "_repr_html_") for each in shown) == 2

@@ -390,7 +390,7 @@ STRANGE = [
     scan(3600 * SECOND, np.full(271, 3.0), np.full(271, np.nan)),
     scan(3601 * SECOND, np.full(271, 3.0), np.full(271, -1e6)),
     scan(-(2**40), np.full(271, -5.0)),
-    scan(2 * SECOND, np.full(100, 290.0)),
+    scan(2 * SECOND, np.full(100, 1e9)),
 ]
 
 

@@ -173,10 +173,6 @@ MISTAKES: dict[str, tuple[Callable[[World], object], str]] = {
         "give metres, 0.27 if these are millimetres",
     ),
     "bearings in degrees": (lambda w: w.scan(bearings=np.rad2deg(BEAMS)), "2.0000 if these are degrees"),
-    "ranges in millimetres": (
-        lambda w: w.scan(ranges=np.full(100, 2000.0)),
-        "reach 2000 m, beyond its max_range of 10 m: give metres",
-    ),
     "max_range in millimetres": (lambda w: w.scan(max_range=30_000), "give metres, 1000 at most"),
     "stamp in seconds": (lambda w: w.scan(stamp=1.5), "Scan takes int as 'stamp', not float"),
     "resolution in millimetres": (

@@ -47,7 +47,7 @@ class UnfinishedMap:
                 self.save()
 
     def leave_longer(self, keyframes: int) -> None:
-        """Do not replace the map of an earlier drive, of this many ``keyframes``, by that of a shorter one."""
+        """Do not replace the map of an earlier drive of this many ``keyframes`` by that of a shorter one."""
         self._most_before = max(self._most_before, keyframes)
 
     def leave_finished(self) -> None:

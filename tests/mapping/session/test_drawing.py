@@ -8,6 +8,7 @@ from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.rendering import Rays, render
 from racecar.mapping.session.drawing import DrawnMap, Views, draw_map
 from racecar.mapping.session.wall_direction import wall_direction
+from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import UNKNOWN
 from racecar.sensors.matching.scan_store import PreparedScan, ScanStore
@@ -141,7 +142,7 @@ def test_a_frame_that_is_kept_is_kept_and_told() -> None:
     ],
 )
 def test_settings_that_cannot_be_are_refused_in_a_clause(values: dict[str, object], words: str) -> None:
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises(UserError, match=words):
         settings(**values)
 
 

@@ -96,7 +96,7 @@ FAR_WALLS = box(-25, -25, 25, 25)
             20.0,
             "it fits best if it begins at x .* if it begins at x .*: too alike to tell these",
         ),  # it may as well be half round
-        (RING, 5.0, "its 5 m are too few to be sure"),
+        (RING, 4.0, "its 4 m are too few to be sure"),
         (OTHER_RING, 20.0, r"it fits best if it begins at x .* m, y .* m, yaw .*, where .*% would be usual"),
         (FAR_WALLS, 20.0, "on all of its 20 m no place there fits"),
     ],

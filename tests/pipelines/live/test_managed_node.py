@@ -169,9 +169,9 @@ def test_a_deactivated_node_breaks_its_bond_and_forms_another() -> None:
         assert bond is not None
         manager.bond = None  # so that it still listens
         assert manager.change(DEACTIVATE)
-        assert bond.is_broken_within(1.0)
+        assert bond.is_broken_within(10.0)
         assert manager.change(ACTIVATE)
-        assert bond.comes_true(lambda: len({instance for _, instance, _ in bond.heard}) == 2, 2.0)
+        assert bond.comes_true(lambda: len({instance for _, instance, _ in bond.heard}) == 2, 20.0)
 
 
 def test_a_node_whose_manager_breaks_the_bond_agrees_and_stays_active() -> None:
@@ -181,7 +181,7 @@ def test_a_node_whose_manager_breaks_the_bond_agrees_and_stays_active() -> None:
         assert bond is not None
         bond.fall_silent()
         bond.say(is_active=False)
-        assert bond.is_broken_within(1.0)
+        assert bond.is_broken_within(10.0)
         time.sleep(0.3)
         assert not bond.heard[-1][2], "no heartbeats any more"
         assert manager.state == ACTIVE
@@ -194,7 +194,7 @@ def test_a_node_that_ends_breaks_its_bond() -> None:
         stage.bring_to(ACTIVE)
         stage.node.end()
         assert stage.manager.bond is not None
-        assert stage.manager.bond.is_broken_within(1.0)
+        assert stage.manager.bond.is_broken_within(10.0)
 
 
 def test_by_itself_a_node_is_active_at_once_and_needs_no_bond(tmp_path: Path) -> None:
