@@ -84,7 +84,7 @@ class Sister:
         from racecar.pipelines.live.ros.message_types import message_class
 
         kind = message_class(BOND)
-        self._node, self._name, self._instance = node, name, str(uuid4())
+        self._node, self._name, self.instance = node, name, str(uuid4())
         self.heard: list[tuple[float, str, bool]] = []
         """When, from which instance, and whether it lives."""
         self._publisher = node.create_publisher(kind, "bond", 5)
@@ -109,7 +109,7 @@ class Sister:
         status = types[BOND](
             header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
             id=self._name,
-            instance_id=self._instance,
+            instance_id=self.instance,
             active=is_active,
             heartbeat_timeout=_TIMEOUT,
             heartbeat_period=_PERIOD,
@@ -135,7 +135,7 @@ class Sister:
 
     def _hear(self, serialized: bytes) -> None:
         status = ros2_types().deserialize_cdr(serialized, BOND)
-        if status.id == self._name and status.instance_id != self._instance:
+        if status.id == self._name and status.instance_id != self.instance:
             self.heard.append((time.monotonic(), status.instance_id, status.active))
 
 
