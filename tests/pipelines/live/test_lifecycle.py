@@ -122,6 +122,7 @@ def usage(pid: int) -> tuple[int, int, int]:
     return int(status["Threads"]), files, int(status["VmRSS"].split()[0]) // 1024
 
 
+@pytest.mark.slow
 def test_a_localizer_is_brought_up_and_reset_twice(tmp_path: Path) -> None:
     from racecar.pipelines.files.config_file import Config
     from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart

@@ -93,6 +93,7 @@ def managed() -> Iterator[Stage]:
         yield Stage(node, manager, done, fails)
 
 
+@pytest.mark.slow
 def test_it_goes_through_all_states() -> None:
     with managed() as stage:
         manager = stage.manager
@@ -111,6 +112,7 @@ def test_it_goes_through_all_states() -> None:
     assert stage.done == [*once, *again, *once, *again, *once, "save"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("before", "transition", "failing", "after"),
     [
@@ -141,6 +143,7 @@ def test_errors_end_in_the_state_that_ros_prescribes(
     assert str(error) in warning
 
 
+@pytest.mark.slow
 def test_what_cannot_be_saved_at_a_cleanup_is_saved_at_the_next() -> None:
     with managed() as stage:
         stage.bring_to(INACTIVE)
@@ -150,6 +153,7 @@ def test_what_cannot_be_saved_at_a_cleanup_is_saved_at_the_next() -> None:
         assert stage.done == ["create", "save", "save"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("state", "transition"), [(UNCONFIGURED, ACTIVATE), (INACTIVE, CONFIGURE), (ACTIVE, CLEANUP)]
 )
@@ -162,6 +166,7 @@ def test_a_transition_that_there_is_not_is_refused(state: int, transition: int, 
     assert "does not lead on" in warning
 
 
+@pytest.mark.slow
 def test_a_deactivated_node_breaks_its_bond_and_forms_another() -> None:
     with managed() as stage:
         stage.bring_to(ACTIVE)
@@ -176,6 +181,7 @@ def test_a_deactivated_node_breaks_its_bond_and_forms_another() -> None:
         assert bond.comes_true(lambda: len({each for _, each, _ in bond.heard} - managers) == 2, 10.0)
 
 
+@pytest.mark.slow
 def test_a_node_whose_manager_breaks_the_bond_agrees_and_stays_active() -> None:
     with managed() as stage:
         stage.bring_to(ACTIVE)
@@ -191,6 +197,7 @@ def test_a_node_whose_manager_breaks_the_bond_agrees_and_stays_active() -> None:
         assert manager.startup()
 
 
+@pytest.mark.slow
 def test_a_node_that_ends_breaks_its_bond() -> None:
     with managed() as stage:
         stage.bring_to(ACTIVE)
