@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 """First bytes of a PNG, by definition (ISO/IEC 15948)."""
+BLACK, GREY, WHITE = 0, 205, 254
+"""Values that map_saver draws for occupied, unknown and free."""
 _GREY, _GREY_WITH_OPACITY = 0, 4
 """Colour types of a PNG, by definition."""
 

@@ -33,7 +33,7 @@ from racecar.maps.grid.occupancy_grid import (
 )
 from racecar.maps.grid.raster import Raster
 from racecar.maps.grid.tiled_grid import TiledGrid
-from racecar.maps.image_files import write_pgm, write_png
+from racecar.maps.image_files import BLACK, GREY, WHITE, write_pgm, write_png
 from racecar.maps.shipped import shipped_map, shipped_names
 from racecar.maps.text_files import read_text
 from racecar.maps.whole_files import write_atomically
@@ -47,8 +47,6 @@ _IMAGE_ENDS: dict[Mode, str] = {"trinary": ".pgm", "scale": "_image.png", "raw":
 MOST_PIXELS = 9000 * 9000
 """Most pixels of an image, since a small file may claim any size: in colour these take 0.4 GB."""
 IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")
-BLACK, GREY, WHITE = 0, 205, 254
-"""Values that map_saver draws for occupied, unknown and free."""
 
 _FINEST, _COARSEST = 0.001, 10.0
 """Metres per cell. Lasers of small cars err by a centimetre, and a car is lost in a cell larger than a room:

@@ -6,11 +6,8 @@ from numpy.typing import ArrayLike, NDArray
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.floor.free_space import FreeSpace, Region
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.given_arrays import as_pose
+from racecar.maps.geometry.given_arrays import BEYOND_ANY_MAP, as_pose
 from racecar.maps.geometry.se2 import Pose
-
-_BEYOND_ANY_MAP = 1e9
-"""Metres, square metres or radians: an error, since no map is a million kilometres wide."""
 
 
 def draw_start(
@@ -46,7 +43,7 @@ def region_about(point_in_map: NDArray[np.float64], radius: float, free_space: F
     Raises UserError when the car cannot stand there or a number is not finite.
     """
     point = np.asarray(point_in_map, dtype=np.float64)
-    if point.shape != (2,) or not np.all(np.abs(point) < _BEYOND_ANY_MAP) or not 0 < radius < _BEYOND_ANY_MAP:
+    if point.shape != (2,) or not np.all(np.abs(point) < BEYOND_ANY_MAP) or not 0 < radius < BEYOND_ANY_MAP:
         raise UserError("The position is not two finite numbers and a radius; give them in metres.")
     region = Region(point, radius)
     if free_space.within(region).cell_count == 0:
@@ -67,7 +64,7 @@ def draw_about(map_from_base: Pose, count: int, config: LocalizationConfig, rng:
 def _root_of(covariance: ArrayLike) -> NDArray[np.float64]:
     """(3, 3) matrix square root of a positive semi-definite covariance (3, 3), which may have zero axes."""
     matrix = np.asarray(covariance, dtype=np.float64)
-    if matrix.shape == (3, 3) and np.all(np.abs(matrix) < _BEYOND_ANY_MAP):
+    if matrix.shape == (3, 3) and np.all(np.abs(matrix) < BEYOND_ANY_MAP):
         variances, axes = np.linalg.eigh(0.5 * (matrix + matrix.T))
         if variances.min() >= -1e-9 * max(variances.max(), 1.0):
             root: NDArray[np.float64] = axes * np.sqrt(np.maximum(variances, 0.0))

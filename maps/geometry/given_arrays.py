@@ -12,7 +12,7 @@ from racecar.maps.geometry.se2 import Pose
 
 _MOST_TURN = math.tau + 0.02
 """Radians, slightly more than a full turn; larger values were meant as degrees."""
-_BEYOND_ANY_MAP = 1e9
+BEYOND_ANY_MAP = 1e9
 """Metres: an error, since no map is a million kilometres wide."""
 
 
@@ -51,7 +51,7 @@ def as_pose(value: ArrayLike, what: str) -> Pose:
 
 
 def _is_on_a_map(number: float) -> bool:
-    return abs(number) < _BEYOND_ANY_MAP
+    return abs(number) < BEYOND_ANY_MAP
 
 
 def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:

@@ -9,20 +9,19 @@ from PIL import Image
 
 from racecar.maps.grid.raster import Raster
 from racecar.maps.grid.thinning import thinned
+from racecar.maps.image_files import BLACK, GREY, WHITE
 
 _MOST_CELLS = 250_000
 """A picture of some kilobytes, as many are kept in one notebook."""
 _WIDEST = 640
 """Pixels that a notebook's column has."""
-_OCCUPIED, _UNKNOWN, _FREE = 0, 205, 254
-"""Brightness, as in images of map_server."""
 
 
 def html_picture(grid: Raster, path: NDArray[np.float64] | None = None, color: str = "#0072B2") -> str:
     """An ``<svg>`` with the grid, row 0 at the bottom, and a path (N, 2) in metres of the map over it."""
     shown = thinned(grid, _MOST_CELLS)
     rows, columns = shown.shape
-    pixels = np.select([shown.is_occupied, shown.is_free], [_OCCUPIED, _FREE], _UNKNOWN).astype(np.uint8)
+    pixels = np.select([shown.is_occupied, shown.is_free], [BLACK, WHITE], GREY).astype(np.uint8)
     file = BytesIO()
     Image.fromarray(pixels[::-1]).save(file, "PNG", optimize=True)
     image = b64encode(file.getvalue()).decode()

@@ -8,7 +8,7 @@ from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
 from racecar.pipelines.bags.repeated_scans import RepeatedScans
 from racecar.pipelines.bags.scan_gaps import ScanGaps
 from racecar.sensors.clocks.clock_rate import ClockRate, drift_finding
-from racecar.sensors.clocks.topic_clock import SteadyClock
+from racecar.sensors.clocks.topic_clock import SAME_JUMP, SteadyClock
 from racecar.sensors.findings import Finding, counted_findings
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
@@ -16,8 +16,6 @@ from racecar.sensors.scan import Scan
 
 _CLOCK_FAULTS = ("clock_jumps", "stamps_that_stood_still", "stamps_from_recording_time")
 """Counts of messages without a time in their header, or after the clock was set."""
-_SAME = 1.0
-"""Seconds within which the clocks of recorder and messages were set at once, as for `TopicClock`."""
 
 
 class Heard:
@@ -87,7 +85,9 @@ class Heard:
 
     def _clock_jumps(self, set_backs: Sequence[float]) -> list[Finding]:
         jumps = [
-            f"{jump:+.1f}" for jump in self.clock.jumps if all(abs(jump + each) > _SAME for each in set_backs)
+            f"{jump:+.1f}"
+            for jump in self.clock.jumps
+            if all(abs(jump + each) > SAME_JUMP * 1e-9 for each in set_backs)
         ]
         return [Finding("clock_jumps", seconds=", ".join(jumps))] if jumps else []
 

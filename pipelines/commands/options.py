@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from racecar.pipelines.runs.bag_reading import BagReading
 
 _LASER_POSE, _MOST_NUMBERS = "--laser-pose", 4
-_FARTHEST = 1000.0
-"""Metres and radians; larger coordinates are typing errors."""
 
 
 def _print_errors_only(quiet: bool) -> bool:

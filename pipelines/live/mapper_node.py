@@ -163,10 +163,13 @@ class MapperNode(LiveNode):
         self._unfinished.save()
         self.side.finish()
 
+    @property
+    def _drives(self) -> list[Mapper]:
+        return [*self._earlier, self._mapper]
+
     def renewed(self) -> "MapperNode":
         """Maps on."""
-        drives = [*self._earlier, self._mapper]
-        another = MapperNode(self.node, self._output, self._log, self._view, drives)
+        another = MapperNode(self.node, self._output, self._log, self._view, self._drives)
         if (place := self.sensors.place) is not None:
             another.sensors.remember_place(place)
         if (last := self._mapper.last_stamp) is not None:
@@ -177,7 +180,7 @@ class MapperNode(LiveNode):
         """Save the map, if there is one; the drive stays in the log, from which another node maps on."""
         if self._mapper.last_stamp is None:
             return []
-        said = self._output.save([*self._earlier, self._mapper])
+        said = self._output.save(self._drives)
         self._log.close()
         return [*said, f"The map is saved in {self._output.folder}."]
 
@@ -186,7 +189,7 @@ class MapperNode(LiveNode):
         is interrupted, the drive stays in the log. Raises UserError when there is no map."""
         is_kept = self._mapper.last_stamp is not None
         try:
-            said = self._output.save([*self._earlier, self._mapper])
+            said = self._output.save(self._drives)
             is_kept = self._is_mapping_logged
             return said
         finally:
@@ -379,7 +382,7 @@ class MapperNode(LiveNode):
             if self._pose is None:
                 taken.set_exception(UserError("there is none yet, as no scan has arrived."))
             else:
-                taken.set_result(pickle.dumps([*self._earlier, self._mapper]))
+                taken.set_result(pickle.dumps(self._drives))
 
         self.worker.put("save", take)
         return taken

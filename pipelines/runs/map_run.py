@@ -19,6 +19,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.maps.grid.edits import edited
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.maps.map_files import MOST_PIXELS, as_written
 from racecar.maps.text_files import read_text
 from racecar.maps.trajectory import Trajectory
@@ -71,8 +72,11 @@ class MapRun:
     @property
     def written_grid(self) -> OccupancyGrid:
         """The map as its files hold it: with the edits, each cell occupied, free or unknown."""
-        drawn = edited(self.result.tiled, self.edits.edits)
-        return as_written(drawn, **pixels_of(self.result.rendering)).in_one_piece()
+        return as_written(self._edited, **pixels_of(self.result.rendering)).in_one_piece()
+
+    @property
+    def _edited(self) -> TiledGrid:
+        return edited(self.result.tiled, self.edits.edits)
 
     @property
     def trajectory(self) -> Trajectory:
@@ -102,8 +106,7 @@ class MapRun:
         return f"<MapRun of {self.title}, {len(self.trajectory)} scans. {self.quality.summary}>"
 
     def _repr_html_(self) -> str:
-        drawn = edited(self.result.tiled, self.edits.edits)
-        return run_html(self.title, self.quality.summary, drawn, self.trajectory, len(self.warnings))
+        return run_html(self.title, self.quality.summary, self._edited, self.trajectory, len(self.warnings))
 
     def plot(self) -> "Figure":
         """The map with the path and the loops closed, as in map.png.
@@ -140,7 +143,7 @@ class MapRun:
         for sentence in [*outside, *cautions_of_size(result.tiled)]:
             report.warn(sentence)
         with report.stage("writing"):
-            drawn = replace(self, result=replace(result, tiled=edited(result.tiled, self.edits.edits)))
+            drawn = replace(self, result=replace(result, tiled=self._edited))
             for output in outputs_with(requested):
                 if not output.is_possible and output.package is not None:
                     report.warn(left_out(f"{output.files[0]} was not drawn", output.package))

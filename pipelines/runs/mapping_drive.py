@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 from racecar.maps.map_files import find_map
@@ -26,7 +26,7 @@ class MappingDrive:
         """The drive of which the trajectory is beside a map; None without one."""
         folder = find_map(map_path).parent
         file = folder / "trajectory.tum"
-        return cls(read_report(folder).inputs, partial(load_tum, file)) if file.is_file() else None
+        return cls(read_report(folder).inputs, cache(partial(load_tum, file))) if file.is_file() else None
 
     def is_of(self, bag: Path) -> bool:
         """Whether it was this bag's: by the bag's content, or else by its path.

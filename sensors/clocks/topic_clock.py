@@ -19,7 +19,7 @@ _BACK = 1_000_000_000
 """Nanoseconds by which stamps may go back, because messages overtook each other."""
 _PAUSE = 1_000_000_000
 """Nanoseconds of pause assumed in a drive when the clock no longer shows it. Chosen by judgement."""
-_SAME = _BACK
+SAME_JUMP = _BACK
 """Nanoseconds within which two topics' jumps are one. Smaller jumps are not detected, and on a busy machine
 messages may wait for most of a second. Two jumps would separate scans from their odometry."""
 _STILL_AFTER, _STILL_MESSAGES = 300_000_000, 3
@@ -71,7 +71,7 @@ class SteadyClock:
         """The matching shift of another topic, so that both agree to the nanosecond, or else this one."""
         with self._lock:
             nearest = min(self._shifts, key=lambda known: abs(known - shift))
-            if abs(nearest - shift) < _SAME:
+            if abs(nearest - shift) < SAME_JUMP:
                 return nearest
             self._shifts = [*self._shifts[-9:], shift]
             return shift
@@ -79,7 +79,7 @@ class SteadyClock:
     def note_jump(self, seconds: float) -> None:
         """Note the seconds by which a topic's clock was set."""
         with self._lock:
-            if all(abs(seconds - known) * 1e9 >= _SAME for known in self.jumps):
+            if all(abs(seconds - known) * 1e9 >= SAME_JUMP for known in self.jumps):
                 self.jumps = [*self.jumps[-9:], seconds]
 
     def first_shift(self, header: int, arrival: int) -> int:
@@ -88,7 +88,7 @@ class SteadyClock:
         with self._lock:
             wanted = header - self.without_stamp(arrival)
             nearest = min(self._shifts, key=lambda known: abs(known - wanted))
-            if abs(nearest - wanted) < _SAME:
+            if abs(nearest - wanted) < SAME_JUMP:
                 return nearest
         if self.after is None or header > self.after:
             return 0
@@ -228,7 +228,7 @@ class TopicClock:
         """Use the headers again, at the time they should show by now or at the time they do show."""
         expected = self.by_arrival(seen.arrival)
         shift = self._shift
-        if self._last is None or abs(seen.header + self._correction - shift - expected) >= _SAME:
+        if self._last is None or abs(seen.header + self._correction - shift - expected) >= SAME_JUMP:
             shift = self._shared.nearest_shift(seen.header + self._correction - expected)
         if shift != self._shift and self._last is not None:
             self._note_jump(shift - self._shift)

@@ -14,17 +14,13 @@ from itertools import count, pairwise, zip_longest
 from pathlib import Path
 
 from racecar.pipelines.bags.storage.compression import Allowance, decompress_what_is_there
-from racecar.pipelines.bags.storage.recorder_clock import SET_BACK, set_backs
+from racecar.pipelines.bags.storage.recorder_clock import MOST_SET_BACK, SET_BACK, set_backs
 
 RawMessage = tuple[str, int, bytes]
 """Topic, recording time in nanoseconds, serialized message."""
 _MOST_HELD = 128 << 20
 """Limit in bytes on messages held back for chunks that begin before them, so memory suffices. A second of
 many lasers takes a hundredth of it."""
-
-_MOST_SET_BACK = 20
-"""Chunks of a file that are looked into for a clock that was set back, so that opening it takes seconds even
-where the times of a topic are in disorder throughout. Chosen by judgement."""
 
 
 @dataclass(frozen=True)
@@ -116,9 +112,9 @@ class BagFile(ABC):
         """When the recorder's clock was set back, in the steady time of the messages, and the step; in
         nanoseconds."""
 
-    @abstractmethod
     def delay(self, nanoseconds: int) -> None:
         """Add to all times, as the recorder's clock was set back in an earlier file."""
+        self.set_backs = [(time + nanoseconds, by) for time, by in self.set_backs]
 
     @property
     @abstractmethod
@@ -210,9 +206,9 @@ class ChunkedFile(BagFile):
 
     def delay(self, nanoseconds: int) -> None:
         """As in the base class."""
+        super().delay(nanoseconds)
         for chunk in self.chunks:
             chunk.postpone(nanoseconds)
-        self.set_backs = [(time + nanoseconds, by) for time, by in self.set_backs]
 
     def _note(self, chunk: Chunk, channel: int, times: Sequence[int]) -> None:
         """Add a channel's messages to a chunk, in the order of the file."""
@@ -224,7 +220,7 @@ class ChunkedFile(BagFile):
     def _follow_clock(self, allowance: Allowance) -> None:
         """Find out where the recorder's clock was set back, and delay what follows."""
         doubtful = [number for number, chunk in enumerate(self.chunks) if chunk.goes_back]
-        for number in doubtful[:_MOST_SET_BACK]:
+        for number in doubtful[:MOST_SET_BACK]:
             before = self._moments(self.chunks[number - 1], allowance) if number else []
             here = self._moments(self.chunks[number], allowance)
             after = self._moments(self.chunks[number + 1], allowance) if self.chunks[number + 1 :] else []

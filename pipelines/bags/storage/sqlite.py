@@ -10,14 +10,11 @@ from typing import Any
 
 from racecar.pipelines.bags.storage.chunks import BagFile, BagTopic, RawMessage
 from racecar.pipelines.bags.storage.compression import require_space
-from racecar.pipelines.bags.storage.recorder_clock import SET_BACK, set_backs
+from racecar.pipelines.bags.storage.recorder_clock import MOST_SET_BACK, SET_BACK, set_backs
 from racecar.pipelines.bags.storage.sqlite_pages import SqlitePages
 
 _log = logging.getLogger(__name__)
 
-_MOST_SET_BACK = 20
-"""Rows before which time goes back that are looked at, so that disorder throughout costs little. Chosen by
-judgement."""
 _ROWS_AROUND = 100
 """Rows before and after one, enough to see whether a clock was set back there."""
 
@@ -125,14 +122,14 @@ class SqliteFile(BagFile):
 
     def delay(self, nanoseconds: int) -> None:
         """As in the base class."""
+        super().delay(nanoseconds)
         self._time = f"({self._time} + {nanoseconds})"
         self._start_time += nanoseconds
-        self.set_backs = [(time + nanoseconds, by) for time, by in self.set_backs]
 
     def _follow_clock(self) -> None:
         """Find out where the recorder's clock was set back, and delay what follows."""
         steps = "SELECT rowid, timestamp - LAG(timestamp) OVER (ORDER BY rowid) AS step FROM messages"
-        backwards = f"SELECT rowid FROM ({steps}) WHERE step < {-SET_BACK} LIMIT {_MOST_SET_BACK}"
+        backwards = f"SELECT rowid FROM ({steps}) WHERE step < {-SET_BACK} LIMIT {MOST_SET_BACK}"
         around = (
             "SELECT rowid, topic_id, timestamp FROM messages WHERE rowid BETWEEN ? AND ? "
             "AND TYPEOF(topic_id) = 'integer' AND TYPEOF(timestamp) = 'integer' ORDER BY rowid"

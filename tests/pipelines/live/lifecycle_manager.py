@@ -7,6 +7,7 @@ from typing import Any
 from uuid import uuid4
 
 from racecar.pipelines.bags.messages import BOND, ros2_types
+from tests.pipelines.message_samples import TYPES, header
 
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE, SHUTDOWN = 1, 2, 3, 4, 5
 """Transitions by their numbers; the last is that of an unconfigured node."""
@@ -104,10 +105,8 @@ class Sister:
         self._timer.callback = lambda: None
 
     def say(self, *, is_active: bool = True) -> None:
-        types = ros2_types().types
-        stamp = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
-        status = types[BOND](
-            header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
+        status = TYPES[BOND](
+            header=header(0, ""),
             id=self._name,
             instance_id=self.instance,
             active=is_active,

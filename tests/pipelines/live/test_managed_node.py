@@ -20,6 +20,7 @@ from tests.pipelines.live.lifecycle_manager import (
     INACTIVE,
     UNCONFIGURED,
     Manager,
+    Sister,
     manager_of,
 )
 
@@ -70,6 +71,12 @@ class Stage:
     def bring_to(self, state: int) -> None:
         for transition in {UNCONFIGURED: [], INACTIVE: [CONFIGURE], ACTIVE: [CONFIGURE, ACTIVATE]}[state]:
             assert self.manager.change(transition)
+
+    def bonded(self) -> Sister:
+        """Bring it up; the manager's end of its bond."""
+        self.bring_to(ACTIVE)
+        assert self.manager.bond is not None
+        return self.manager.bond
 
 
 @contextmanager
@@ -169,9 +176,7 @@ def test_a_transition_that_there_is_not_is_refused(state: int, transition: int, 
 @pytest.mark.slow
 def test_a_deactivated_node_breaks_its_bond_and_forms_another() -> None:
     with managed() as stage:
-        stage.bring_to(ACTIVE)
-        manager, bond = stage.manager, stage.manager.bond
-        assert bond is not None
+        manager, bond = stage.manager, stage.bonded()
         manager.bond = None  # so that it still listens
         assert manager.change(DEACTIVATE)
         assert bond.is_broken_within(10.0)
@@ -184,9 +189,7 @@ def test_a_deactivated_node_breaks_its_bond_and_forms_another() -> None:
 @pytest.mark.slow
 def test_a_node_whose_manager_breaks_the_bond_agrees_and_stays_active() -> None:
     with managed() as stage:
-        stage.bring_to(ACTIVE)
-        manager, bond = stage.manager, stage.manager.bond
-        assert bond is not None
+        manager, bond = stage.manager, stage.bonded()
         bond.fall_silent()
         bond.say(is_active=False)
         assert bond.is_broken_within(10.0)
@@ -200,10 +203,9 @@ def test_a_node_whose_manager_breaks_the_bond_agrees_and_stays_active() -> None:
 @pytest.mark.slow
 def test_a_node_that_ends_breaks_its_bond() -> None:
     with managed() as stage:
-        stage.bring_to(ACTIVE)
+        bond = stage.bonded()
         stage.node.end()
-        assert stage.manager.bond is not None
-        assert stage.manager.bond.is_broken_within(10.0)
+        assert bond.is_broken_within(10.0)
 
 
 def test_by_itself_a_node_is_active_at_once_and_needs_no_bond(tmp_path: Path) -> None:
