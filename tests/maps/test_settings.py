@@ -1,7 +1,7 @@
 import pickle
 
 import pytest
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from racecar.maps.errors import UserError
 from racecar.maps.settings import Settings, SettingsError
@@ -61,6 +61,21 @@ def test_the_sentence_names_what_holds_the_setting_and_survives_another_process(
         str(caught.value.told_of("The file")) == "The file has the unknown key 'sacle'; did you mean 'scale'."
     )
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_what_contradicts_itself_is_told_of_the_whole() -> None:
+    class Ordered(Settings):
+        low: float = 1.0
+        high: float = 2.0
+
+        @model_validator(mode="after")
+        def _in_order(self) -> "Ordered":
+            if self.low >= self.high:
+                raise ValueError("low should be below high")
+            return self
+
+    with pytest.raises(UserError, match=r"^Ordered: low should be below high\.$"):
+        Ordered(low=3.0)
 
 
 def test_settings_are_named_and_stay() -> None:
