@@ -129,7 +129,7 @@ class LocalizerNode(LiveNode):
         )
         self._requests = StartRequests(node, map_frame, self.worker, self._localizer_to_start, self.inform)
         self._odometry_topic = node.create_publisher(OdometryMessage, "pf/pose/odom", 10)
-        self._pose_topic = node.create_publisher(PoseWithCovarianceStamped, "amcl_pose", 10)
+        self._pose_topic = node.create_publisher(PoseWithCovarianceStamped, "amcl_pose", LATCHED)
         if start.grid is not None:
             self._take_localizer(start.grid, self._new_localizer(start.grid))
         watch_settings(node, lambda: self._config, self._on_settings)

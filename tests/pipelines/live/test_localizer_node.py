@@ -68,6 +68,20 @@ def test_map_to_odometry_leads_to_the_car(stage: Stage) -> None:
     assert np.hypot(missed[0], missed[1]) + abs(missed[2]) < 0.15
 
 
+def test_who_asks_late_hears_the_last_pose_as_from_amcl(stage: Stage) -> None:
+    from geometry_msgs.msg import PoseWithCovarianceStamped
+
+    from racecar.pipelines.live.ros.qos import LATCHED
+
+    stage.car.scans_on = False
+    time.sleep(0.5)
+    late = stage.hear("/amcl_pose", PoseWithCovarianceStamped, LATCHED)  # so does nav2_simple_commander
+    wait_for(lambda: len(late) == 1, stage.said, 1.0)
+    assert nanoseconds(late[0].header.stamp) == stage.poses[-1].stamp
+    stage.car.scans_on = True
+    stage.await_right()
+
+
 def test_without_scans_odometry_carries_the_pose_on(stage: Stage) -> None:
     stage.car.scans_on = False
     time.sleep(5.0)
