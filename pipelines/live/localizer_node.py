@@ -32,7 +32,7 @@ from racecar.pipelines.live.node import LiveNode
 from racecar.pipelines.live.remembered_pose import PoseMemory, RememberedPose
 from racecar.pipelines.live.ros.foreign_parameters import AMCL, ForeignNode
 from racecar.pipelines.live.ros.messages import grid_of, odometry_message, pose_message
-from racecar.pipelines.live.ros.parameters import declare_settings, watch_settings
+from racecar.pipelines.live.ros.parameters import watch_settings
 from racecar.pipelines.live.ros.qos import LATCHED
 from racecar.pipelines.live.start_requests import StartRequests, initial_pose
 from racecar.pipelines.live.work.schedule import Schedule
@@ -72,7 +72,7 @@ class LocalizerStart:
     initial_pose: Pose | None = None
     """(3,)"""
     anywhere: bool = False
-    """Search the whole map and ignore the remembered pose."""
+    """Global localization: ignore the remembered pose."""
     memory: Path | None = None
     """Folder of the remembered poses; None to remember nothing."""
     seed: int = 0
@@ -103,8 +103,8 @@ class LocalizerNode(LiveNode):
     ) -> None:
         """Surveys the map. Raises UserError when that fails or a parameter is invalid."""
         super().__init__(node, "localizer", config.sensors, moves_laser=True)
-        self._config = declare_settings(node, config.localization)
-        self._source = declare_settings(node, _MapTopic(), read_only=True)
+        self._config = self.declare(config.localization)
+        self._source = self.declare(_MapTopic(), read_only=True)
         if (pose := initial_pose(node)) is not None and start.initial_pose is None and not start.anywhere:
             start = replace(start, initial_pose=pose)
         self._begin, self._given, self._view = start, config, view
@@ -231,7 +231,7 @@ class LocalizerNode(LiveNode):
     def _take_localizer(self, grid: OccupancyGrid, localizer: Localizer) -> None:
         """Switch to a map, keeping the car's pose if it fits the new map.
 
-        Raises UserError when the start given by the user is not on the map; the whole map is searched then.
+        Raises UserError when the start given by the user is not on the map; global localization starts then.
         """
         before, self._estimate = self._estimate, None
         self._memory = PoseMemory(self._begin.memory, grid) if self._begin.memory is not None else None

@@ -29,7 +29,6 @@ from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.node import LiveNode
 from racecar.pipelines.live.ros.foreign_parameters import SLAM_TOOLBOX, ForeignNode
 from racecar.pipelines.live.ros.messages import fill_pose, header
-from racecar.pipelines.live.ros.parameters import declare_settings
 from racecar.pipelines.live.saving.drive_log import AnotherDrive, DriveLog, Entry
 from racecar.pipelines.live.saving.map_saving import MapOutput
 from racecar.pipelines.live.saving.save_service import SaveService
@@ -87,7 +86,7 @@ class MapperNode(LiveNode):
         Raises UserError that names the invalid parameter.
         """
         super().__init__(node, "mapper", output.config.sensors, moves_laser=False)
-        config = declare_settings(node, output.config.mapping, read_only=True, only=_PARAMETERS)
+        config = self.declare(output.config.mapping, read_only=True, only=_PARAMETERS)
         output = output.with_settings(self.sensor_config, config)
         self._output, self._log, self._view = output, log, view
         *self._earlier, self._mapper = drives or [Mapper(config)]

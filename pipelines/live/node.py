@@ -2,7 +2,7 @@
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from typing import Any, ClassVar
 
 from racecar.pipelines.bags.converters.registry import (
@@ -21,7 +21,7 @@ from racecar.pipelines.live.monitoring.faults import Faults, with_short_words
 from racecar.pipelines.live.monitoring.health import Health
 from racecar.pipelines.live.ros.foreign_parameters import ForeignNode, ForeignParameters
 from racecar.pipelines.live.ros.messages import time_message
-from racecar.pipelines.live.ros.parameters import CarParameters, declare_settings
+from racecar.pipelines.live.ros.parameters import CarParameters, SettingsT, declare_settings
 from racecar.pipelines.live.ros.transforms import TransformBroadcaster
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
@@ -59,8 +59,8 @@ class LiveNode(ABC):
         run. Raises UserError that names the invalid parameter."""
         self.node = node
         self._foreign_parameters = ForeignParameters(node, self.foreign)
-        self.parameters = declare_settings(node, CarParameters(), read_only=True)
-        self.sensor_config = declare_settings(node, sensors, read_only=True)
+        self.parameters = self.declare(CarParameters(), read_only=True)
+        self.sensor_config = self.declare(sensors, read_only=True)
         self.faults = Faults(self._warn, self.inform)
         self.health = Health()
         self.sensors = Sensors(
@@ -90,6 +90,13 @@ class LiveNode(ABC):
         self._topics: dict[str, TypedTopic] = {}
         self._schedule = Schedule()
 
+    def declare(
+        self, settings: SettingsT, *, read_only: bool = False, only: Container[str] | None = None
+    ) -> SettingsT:
+        """`declare_settings`, with the values that parameters of the foreign node have for them."""
+        settings = self._foreign_parameters.over(settings)
+        return declare_settings(self.node, settings, read_only=read_only, only=only)
+
     def start(self) -> None:
         """Subscribe and start the threads; everything else must be ready."""
         self.worker.start()
@@ -99,6 +106,8 @@ class LiveNode(ABC):
         node = self.node
         if (sentence := self._foreign_parameters.sentence()) is not None:
             self.inform(sentence)
+        for sentence in self._foreign_parameters.left_out.values():
+            self._warn(sentence)
         self._topics = {
             "odometry": TypedTopic(node, "odom", tuple(ODOMETRY_CONVERTERS), self._on_odometry, 1000),
             "scans": TypedTopic(node, self.parameters.scan_topic, tuple(SCAN_CONVERTERS), self._on_scan, 400),

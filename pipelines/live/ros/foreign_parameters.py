@@ -13,8 +13,10 @@ from typing import Any
 from rclpy.parameter import Parameter
 
 from racecar.maps.errors import UserError
+from racecar.maps.nested_settings import leaf_values
 from racecar.maps.text_files import read_text
 from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
+from racecar.pipelines.live.ros.parameters import SettingsT, updated
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,7 @@ class _Counterpart:
 
     name: str
     converted: Callable[[Any], Any] = lambda value: value
-    """Its value; None to leave it as it is. Raises TypeError, which says what is expected."""
+    """Its value; None to leave it as it is."""
 
 
 @dataclass(frozen=True)
@@ -68,44 +70,53 @@ class ForeignParameters:
     """Those that a node was given."""
 
     def __init__(self, node: Any, foreign: ForeignNode) -> None:
-        """Sets their counterparts, unless these are given, too, or are declared by a node before on the same
-        ROS node.
-
-        Raises UserError that names a parameter of a wrong type.
-        """
+        """There are none for a node that is not the first on its ROS node, and finds all declared."""
         self._node, self._foreign = node, foreign
-        overrides: dict[str, Parameter] = node._parameter_overrides  # rclpy offers no other way
-        self._names = [] if node.has_parameter("map_frame") else [*overrides]
+        # rclpy's public way is to declare all that was given at once, without bounds.
+        overrides: Mapping[str, Parameter] = (
+            {} if node.has_parameter("map_frame") else node._parameter_overrides
+        )
+        self._given = {name: parameter.value for name, parameter in overrides.items()}
         self._overruled: list[str] = []
-        for name in self._names:
-            ours = foreign.counterparts.get(name)
-            if ours is None:
+        self.left_out: dict[str, str] = {}
+        """Sentences on counterparts that do not take the value, by the name of the foreign one."""
+
+    def over(self, settings: SettingsT) -> SettingsT:
+        """The settings with what was given for their counterparts, unless these are given, too."""
+        known = leaf_values(settings)
+        for name, ours in self._foreign.counterparts.items():
+            if name not in self._given or ours.name not in known:
                 continue
-            value = _converted(overrides[name], ours)
-            if ours.name in self._names:
+            value = ours.converted(self._given[name])
+            if ours.name in self._given:
                 self._overruled.append(f"{name} (by {ours.name})")
             elif value is not None:
-                overrides[ours.name] = Parameter(ours.name, value=value)
+                try:
+                    settings = updated(settings, {ours.name: value})
+                except UserError as error:
+                    self.left_out[name] = f"{name} of {self._foreign.name} is left out. {error}"
+        return settings
 
     def sentence(self) -> str | None:
         """What became of them, once those of ours are declared; None if none is foreign."""
-        own = [name for name in self._names if self._node.has_parameter(name)]
-        counterparts = {
-            name: self._foreign.counterparts[name].name
-            for name in self._names
-            if name in self._foreign.counterparts
-        }
-        others = [name for name in self._names if name not in own and name not in counterparts]
+        own = [name for name in self._given if self._node.has_parameter(name)]
+        counterparts = [name for name in self._given if name in self._foreign.counterparts]
+        others = [name for name in self._given if name not in own and name not in counterparts]
         if not counterparts and not others:
             return None
-        taken = [*own, *(f"{name} as {ours}" for name, ours in counterparts.items())]
+        named = {name: self._foreign.counterparts[name].name for name in counterparts}
+        taken = [
+            f"{name} as {ours}"
+            for name, ours in named.items()
+            if name not in self.left_out and ours not in self._given
+        ]
         not_needed: dict[str, list[str]] = {}
         unknown: list[str] = []
         for name in others:
             reason = self._foreign.reason(name)
             (unknown if reason is None else not_needed.setdefault(reason, [])).append(name)
         parts = {
-            f"Parameters of {self._foreign.name} that are taken": ", ".join(taken),
+            f"Parameters of {self._foreign.name} that are taken": ", ".join([*own, *taken]),
             "Overruled by those of this node": ", ".join(self._overruled),
             "Without a counterpart here, and not needed": "; ".join(
                 f"{', '.join(names)} ({reason})" for reason, names in not_needed.items()
@@ -115,28 +126,22 @@ class ForeignParameters:
         return " ".join(f"{title}: {names}." for title, names in parts.items() if names)
 
 
-def _converted(given: Parameter, ours: _Counterpart) -> Any:
-    try:
-        return ours.converted(given.value)
-    except TypeError as error:
-        raise UserError(f"The parameter {given.name} is {given.value!r}: it should be {error}.") from error
-
-
-def _positive(value: Any) -> float | None:
+def _if_positive(value: Any) -> Any:
     """Zero and less stand for what is usual."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError("a number")
-    return float(value) if value > 0 else None
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return None if is_number and value <= 0 else value
 
 
-def _unless_off(value: Any) -> str | None:
+def _unless_off(value: Any) -> Any:
     """What to publish as a transform; a switch or a period, which is 0 for none."""
     if not isinstance(value, bool | int | float):
-        raise TypeError("true, false or a number")
+        return value
     return None if value else "none"
 
 
-_MIN_RANGE, _MAX_RANGE = _Counterpart("min_range", _positive), _Counterpart("max_range", _positive)
+_RANGES = (
+    "what the scans state holds, which they can only narrow; min_range and max_range of this node overrule it"
+)
 
 AMCL = ForeignNode(
     "AMCL",
@@ -148,10 +153,9 @@ AMCL = ForeignNode(
         "global_frame_id": _Counterpart("map_frame"),
         "base_frame_id": _Counterpart("base_frame"),
         "tf_broadcast": _Counterpart("tf", _unless_off),
-        "laser_min_range": _MIN_RANGE,
-        "laser_max_range": _MAX_RANGE,
     },
     {
+        "laser_min_range, laser_max_range": _RANGES,
         "odom_frame_id": "the messages of the odometry name its frame",
         "alpha?, robot_model_type": "AMCL's noise is per update of its filter; that of turn_noise_per_turn "
         "and the like is per radian and metre, of every robot",
@@ -160,7 +164,7 @@ AMCL = ForeignNode(
         "do_beamskip, beam_skip_*": "beams that contradict the map never count while the place is known",
         "update_min_?, resample_interval, pf_err, pf_z": "a scan counts after 2 cm or 1.1 degrees of motion, "
         "and the particles needed follow from their spread",
-        "recovery_alpha_*": "a lost car is searched for on the whole map",
+        "recovery_alpha_*": "global localization starts by itself when the car is lost",
         "save_pose_rate, always_reset_initial_pose": "the pose is remembered over a restart, unless "
         "--no-memory is given",
         "initial_pose.z": "the map is flat",
@@ -173,21 +177,20 @@ SLAM_TOOLBOX = ForeignNode(
     "slam_toolbox",
     "slam_toolbox",
     {
-        "minimum_travel_distance": _Counterpart("keyframe_distance", _positive),
-        "minimum_travel_heading": _Counterpart("keyframe_angle", _positive),
+        "minimum_travel_distance": _Counterpart("keyframe_distance", _if_positive),
+        "minimum_travel_heading": _Counterpart("keyframe_angle", _if_positive),
         "do_loop_closing": _Counterpart("close_loops"),
-        "min_laser_range": _MIN_RANGE,
-        "max_laser_range": _MAX_RANGE,
         "transform_publish_period": _Counterpart("tf", _unless_off),
+        "transform_timeout": _Counterpart("transform_tolerance"),
     },
     {
+        "lifelong_*": "the map of every drive can be extended",
+        "min_laser_range, max_laser_range": _RANGES,
         "odom_frame": "the messages of the odometry name its frame",
         "mode": "this node always maps; `racecar live localize` localizes",
-        "map_file_name, map_start_pose, map_start_at_dock": "its pose graphs cannot be read; "
-        "`racecar merge` joins maps",
         "map_name, use_map_saver": "the map is on /map, unless that is remapped, and is saved at the end",
         "solver_plugin, ceres_*": "GTSAM solves the pose graph",
-        "throttle_scans, minimum_time_interval, scan_queue_size, transform_timeout, tf_buffer_duration, "
+        "throttle_scans, minimum_time_interval, scan_queue_size, tf_buffer_duration, "
         "stack_size_to_use, map_update_interval, lidar_frequency": "every scan is used, as soon as the "
         "odometry has caught up",
         "use_scan_matching, use_scan_barycenter, scan_buffer_*, link_*, correlation_*, *_penalty, "
@@ -195,7 +198,6 @@ SLAM_TOOLBOX = ForeignNode(
         "check_min_dist_and_heading_precisely, min_pass_through, occupancy_threshold": "scans and loops are "
         "matched by other methods",
         "position_covariance_scale, yaw_covariance_scale": "poses are published without covariance",
-        "lifelong_*": "the map of every drive can be extended",
         "debug_logging, enable_interactive_mode, paused_*, localization_on_configure, restamp_tf, "
         "bond_*, localization_*": "nothing that changes the map",
     },

@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 
-from racecar.maps.errors import UserError
 from tests.pipelines.live.live_car import recorded
 from tests.pipelines.live.stage import Stage, car_stage
 
@@ -30,7 +29,7 @@ def test_a_localizer_called_amcl_takes_what_amcl_was_given(tmp_path: Path) -> No
         stage.car.drive()
         stage.await_right(4.0)
         taken = {name: value(stage, name) for name in ("particles", "fewest_particles", "beams", "max_range")}
-        assert taken == {"particles": 2000, "fewest_particles": 500, "beams": 60, "max_range": 100.0}
+        assert taken == {"particles": 2000, "fewest_particles": 500, "beams": 60, "max_range": None}
         assert value(stage, "transform_tolerance") == 1.0
         line = told(stage)
         assert "max_particles as particles" in line
@@ -47,7 +46,7 @@ def test_a_localizer_called_amcl_starts_where_the_file_says(tmp_path: Path) -> N
         stage.localize(tmp_path, ("-p", "set_initial_pose:=true", *place))
         stage.car.drive()
         stage.await_right()
-        assert "on the whole map" not in stage.bus.said
+        assert "Global localization" not in stage.bus.said
         assert "Parameters of" not in stage.bus.said
 
 
@@ -62,12 +61,22 @@ def test_a_mapper_called_slam_toolbox_takes_what_that_was_given(tmp_path: Path) 
         stage.car.drive()
         stage.await_right(6.0)
         taken = {name: value(stage, name) for name in ("keyframe_distance", "close_loops", "max_range")}
-        assert taken == {"keyframe_distance": 0.5, "close_loops": True, "max_range": 20.0}
+        assert taken == {"keyframe_distance": 0.5, "close_loops": True, "max_range": None}
         assert maps[-1].info.resolution == pytest.approx(0.1)
         line = told(stage)
         assert "minimum_travel_distance as keyframe_distance" in line
         assert "solver_plugin, ceres_linear_solver, ceres_loss_function (GTSAM solves the pose graph)" in line
         assert "Unknown" not in line
+
+
+def test_a_mapper_starts_where_slam_toolboxs_map_cannot_be_read(tmp_path: Path) -> None:
+    (tmp_path / "lab.posegraph").touch()
+    with car_stage() as stage:
+        stage.map(
+            tmp_path / "out", "-p", f"map_file_name:={tmp_path / 'lab'}", "-p", "map_start_at_dock:=true"
+        )
+        assert stage.warnings("This drive has a map of its own") == 1
+        assert stage.warnings("lab is a pose graph of slam_toolbox, which cannot be read") == 1
 
 
 def test_the_section_of_another_node_is_not_taken(tmp_path: Path) -> None:
@@ -98,14 +107,24 @@ def test_own_parameters_overrule_those_of_amcl(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "complaint"),
     [
-        ("laser_max_range:=far", "laser_max_range is 'far': it should be a number"),
-        ("tf_broadcast:=odom", "tf_broadcast is 'odom': it should be true, false or a number"),
-        ("max_beams:=0", "beams must be at least 1"),
+        ("min_particles:=few", "fewest_particles has a bad value: it should be an integer, not 'few'"),
+        ("tf_broadcast:=maybe", "tf has a bad value: it should be 'odom', 'base' or 'none', not 'maybe'"),
+        ("max_beams:=0", "beams has a bad value: it should be greater than or equal to 1, not 0"),
+        ("max_particles:=true", "particles has a bad value: it should not be true or false"),
     ],
 )
-def test_a_wrong_value_is_named(tmp_path: Path, given: str, complaint: str) -> None:
-    with car_stage() as stage, pytest.raises(UserError, match=complaint):
+def test_a_value_that_does_not_fit_is_named_and_the_node_starts(
+    tmp_path: Path, given: str, complaint: str
+) -> None:
+    with car_stage() as stage:
         stage.localize(tmp_path, ("-p", given))
+        name, ours = given.partition(":=")[0], complaint.split()[0]
+        assert stage.warnings(f"{name} of AMCL is left out. The parameter {complaint}.") == 1
+        assert f"{name} as {ours}" not in stage.bus.said
+        assert (
+            value(stage, ours)
+            == {"fewest_particles": 1000, "tf": "odom", "beams": 100, "particles": 4000}[ours]
+        )
 
 
 def test_amcl_without_its_transform_publishes_none(tmp_path: Path) -> None:
