@@ -5,18 +5,22 @@ import time
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Future
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
 from geometry_msgs.msg import PoseStamped
+from pydantic import Field, field_validator
 
 from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.state.growth import Growth
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2 import Pose, between, compose
+from racecar.maps.settings import Settings
 from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import frame_name
 from racecar.pipelines.bags.order import HeldScans
@@ -36,6 +40,7 @@ from racecar.pipelines.live.saving.unfinished_map import UnfinishedMap
 from racecar.pipelines.live.work.free_memory import give_back_free_memory
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
+from racecar.pipelines.runs.output_places import OccupiedError
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.motion.odometry_buffer import OdometryBuffer
 from racecar.sensors.odometry import Odometry
@@ -60,8 +65,35 @@ _LONGEST_BREAK = 100.0
 than a restart, but too short to carry a car elsewhere."""
 _PARAMETERS = ("resolution", "keyframe_distance", "keyframe_angle", "refine", "close_loops")
 """Settings that are ROS parameters, too: those of the whole, since the others have values that ROS lacks."""
+_EXTENDED = (
+    "The drive extends the map in {} when it is saved, where it is recognized; until then /map shows this "
+    "drive alone."
+)
 _BEHIND = 1.0
 """Seconds of delay from which a warning is due. Chosen by judgement."""
+
+
+class _EarlierMap(Settings):
+    """An earlier map that the drive extends, as slam_toolbox's parameters say it."""
+
+    map_file_name: str = Field("", description="folder of the earlier run whose map the drive extends")
+    map_start_pose: tuple[float, ...] = Field(
+        (0.0,),
+        description="x, y (m) and yaw (rad) of the car on that map at the start; one 0 alone: searched for",
+    )
+    map_start_at_dock: bool = Field(False, description="the car starts where the first drive of that map did")
+
+    @field_validator("map_start_pose")
+    @classmethod
+    def _check_pose(cls, numbers: tuple[float, ...]) -> tuple[float, ...]:
+        if numbers != (0.0,) and len(numbers) != 3:
+            raise ValueError("give x and y in metres and yaw in radians")
+        return numbers
+
+    @property
+    def start(self) -> Pose | None:
+        """(3,) as given; None if there is none."""
+        return None if len(self.map_start_pose) == 1 else np.array(self.map_start_pose)
 
 
 class MapperNode(LiveNode):
@@ -87,7 +119,7 @@ class MapperNode(LiveNode):
         """
         super().__init__(node, "mapper", output.config.sensors, moves_laser=False)
         config = self.declare(output.config.mapping, read_only=True, only=_PARAMETERS)
-        output = output.with_settings(self.sensor_config, config)
+        output = self._extending(output.with_settings(self.sensor_config, config))
         self._output, self._log, self._view = output, log, view
         *self._earlier, self._mapper = drives or [Mapper(config)]
         """Mappers of the drives before long interruptions, in order, and that of the last one."""
@@ -110,7 +142,9 @@ class MapperNode(LiveNode):
             self.health,
         )
         self._verdict = MapVerdict(self.side)
-        self._service = SaveService(node, output, self._request_drives, self.faults, self._note_saved)
+        self._service = SaveService(
+            node, lambda: self._output, self._request_drives, self._extend, self.faults, self._note_saved
+        )
         self._memory_schedule = Schedule()
         self._counts: Counter[str] = Counter()
         self._held = HeldScans(self._counts)
@@ -372,6 +406,37 @@ class MapperNode(LiveNode):
         if folder == self._output.folder:
             self._unfinished.leave_finished()
         self.inform(sentence)
+
+    def _extending(self, output: MapOutput) -> MapOutput:
+        """The output of a drive that extends the map that the parameters name, if they do."""
+        wanted = self.declare(_EarlierMap(), read_only=True)
+        if output.continued is not None or not wanted.map_file_name:
+            return output
+        try:
+            output = output.extending(
+                Path(wanted.map_file_name), wanted.start, starts_at_first=wanted.map_start_at_dock
+            )
+        except OccupiedError:
+            raise
+        except UserError as error:
+            self._warn(
+                f"This drive has a map of its own, since the one of map_file_name is left out. {error}"
+            )
+        else:
+            self.inform(_EXTENDED.format(wanted.map_file_name))
+        return output
+
+    def _extend(self, folder: Path, start: Pose | None, *, starts_at_first: bool) -> None:
+        """Extend the map in a folder from now on; the car is at a pose (3,) there, or where the first drive
+        of that map started, or it must be recognized. Raises UserError when there is no such map."""
+        output = self._output.extending(folder, start, starts_at_first=starts_at_first)
+        if self._earlier:
+            output = replace(output, start=None)  # that of the first of these drives is not known
+        elif output.start is not None and self._pose is not None:
+            since = between(self._pose, self._mapper.session().map_from_base[0])
+            output = replace(output, start=compose(output.start, since))
+        self._output = output
+        self.inform(_EXTENDED.format(folder))
 
     def _request_drives(self) -> Future[bytes]:
         """All drives between two messages, pickled; fails with a UserError if there are none yet."""

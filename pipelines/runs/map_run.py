@@ -29,6 +29,8 @@ from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_html import run_html
 from racecar.pipelines.files.run_report import REPORT_FILE
+from racecar.pipelines.runs.corrected_session import CorrectedSession
+from racecar.pipelines.runs.floor_plan_run import plan_under
 from racecar.pipelines.runs.map_cautions import cautions_of_edits, cautions_of_size
 from racecar.pipelines.runs.map_outputs import MAP_NAMES, outputs_with, remove_outdated
 from racecar.pipelines.runs.output_places import OutputFolder, check_saving
@@ -179,6 +181,14 @@ def finish_map(
         if sentence not in told:
             report.warn(sentence)
     return MapRun(result, report, title)
+
+
+def extending(run: MapRun, known: CorrectedSession) -> MapRun:
+    """The run of a drive that extends a ``known`` map, with the edits on that and the floor plan under it.
+    Raises UserError when these cannot be read."""
+    edits = known.edits.in_recordings_from(0)
+    plan = plan_under(known.folder, edits)
+    return replace(run, edits=edits, source=known.folder, floor_plan=plan)
 
 
 def frame_figures(frame: Pose) -> dict[str, float]:

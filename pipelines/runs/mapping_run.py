@@ -2,7 +2,6 @@
 
 import gc
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -21,16 +20,14 @@ from racecar.maps.geometry.given_arrays import as_pose
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.config_file import Config, ConfigSource, load_config
-from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.bag_reading import BagReading, opened_bag
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.corrected_session import CorrectedSession, load_corrected
 from racecar.pipelines.runs.error_sentences import TO_BE_RECOGNIZED
-from racecar.pipelines.runs.floor_plan_run import plan_under
 from racecar.pipelines.runs.interrupts import StopRequest, stop_request
 from racecar.pipelines.runs.map_cautions import cautions_of_fixed_returns, cautions_of_resolution
-from racecar.pipelines.runs.map_run import MapRun, finish_map
+from racecar.pipelines.runs.map_run import MapRun, extending, finish_map
 from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.runs.run_digest import run_digest
 from racecar.sensors.fixed_returns.fixed_returns import FixedReturns
@@ -157,9 +154,7 @@ def build_map(
         report.add("moving_along", left_out.as_dict())
     for sentence in [*cautions_of_fixed_returns(left_out), *cautions_of_resolution(mapping.resolution)]:
         report.warn(sentence)
-    edits = MapEdits() if known is None else known.edits.in_recordings_from(0)
-    floor_plan = None if continued is None else plan_under(continued, edits)
-    return replace(run, edits=edits, source=continued, floor_plan=floor_plan)
+    return run if known is None else extending(run, known)
 
 
 def _earlier_map(

@@ -76,7 +76,7 @@ def test_a_mapper_starts_where_slam_toolboxs_map_cannot_be_read(tmp_path: Path) 
             tmp_path / "out", "-p", f"map_file_name:={tmp_path / 'lab'}", "-p", "map_start_at_dock:=true"
         )
         assert stage.warnings("This drive has a map of its own") == 1
-        assert stage.warnings("lab is a pose graph of slam_toolbox, which cannot be read") == 1
+        assert stage.warnings("lab is a pose graph of slam_toolbox, which only that can read") == 1
 
 
 def test_the_section_of_another_node_is_not_taken(tmp_path: Path) -> None:

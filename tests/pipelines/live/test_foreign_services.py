@@ -1,6 +1,7 @@
 """Services under the names and types of AMCL, nav2 and slam_toolbox, where these are installed."""
 
 import pickle
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from racecar.maps.map_files import load_map
+from racecar.pipelines.files.session_file import load_session
 from tests.pipelines.live.foreign_services import install, service
 from tests.pipelines.live.live_car import recorded
 from tests.pipelines.live.stage import Stage, car_stage, initial_pose
@@ -31,6 +33,7 @@ def mapped(folder: Path) -> Iterator[Stage]:
             "slam_toolbox",
             SaveMap=service(result=1),
             SerializePoseGraph=service(result=1),
+            DeserializePoseGraph=service(result=1),
         )
         patch.setattr(map_saving, "in_fresh_process", lambda work, **_: pickle.loads(pickle.dumps(work))())
         stage.map(folder / "out")
@@ -84,3 +87,35 @@ def test_serialized_maps_can_be_extended(mapped: Stage, folder: Path) -> None:
     request = SimpleNamespace(filename=str(folder / "serialized"))
     assert mapped.bus.call("/slam_toolbox/serialize_map", request).result == 0
     assert (folder / "serialized" / "session.npz").is_file()
+
+
+def test_a_drive_extends_a_map_that_is_deserialized(mapped: Stage, folder: Path) -> None:
+    def save(name: str) -> None:
+        request = SimpleNamespace(filename=str(folder / name))
+        assert mapped.bus.call("/slam_toolbox/serialize_map", request).result == 0
+
+    time.sleep(20.0)  # a few metres could be anywhere
+    save("first")
+    x, y, theta = mapped.poses[-1].pose.tolist()
+    request = SimpleNamespace(
+        filename=str(folder / "first"), match_type=2, initial_pose=SimpleNamespace(x=x, y=y, theta=theta)
+    )
+    assert mapped.bus.call("/slam_toolbox/deserialize_map", request).result == 0
+    mapped.await_words(f"The drive extends the map in {folder / 'first'} when it is saved")
+    save("both")
+    both = load_session(folder / "both")
+    assert set(both.times.drives.tolist()) == {0, 1}
+    begins = both.map_from_base[both.times.are_of_last][0]
+    assert np.abs(begins - both.map_from_base[0]).max() < 0.05
+
+
+def test_what_cannot_be_deserialized_is_named(mapped: Stage, folder: Path) -> None:
+    for filename, kind, words in (
+        (str(folder), 1, "there is no map to extend"),
+        (str(folder / "out"), 1, "name another folder with --out"),
+        (str(folder / "first"), 3, "`racecar live localize --map"),
+        ("", 1, "filename names no folder"),
+    ):
+        request = SimpleNamespace(filename=filename, match_type=kind, initial_pose=None)
+        assert mapped.bus.call("/slam_toolbox/deserialize_map", request).result == 255
+        mapped.await_diagnosis(words)

@@ -1,18 +1,24 @@
 """The maps of live drives that were broken off, and of what follows."""
 
+import json
 import pickle
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 
 from racecar.mapping.mapper import Mapper
+from racecar.maps.errors import UserError
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.config_file import Config
+from racecar.pipelines.files.run_report import REPORT_FILE
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.live.saving.drive_log import AnotherDrive, DriveLog
 from racecar.pipelines.live.saving.map_saving import MapOutput, save_pickled
+from racecar.pipelines.runs.output_places import OccupiedError
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
@@ -52,6 +58,46 @@ def test_one_that_is_not_has_a_map_of_its_own_which_is_named(tmp_path: Path) -> 
     assert str(tmp_path / "out-2") in sentence
     assert set(load_session(tmp_path / "out").times.drives.tolist()) == {0}
     assert (tmp_path / "out-2" / "map.png").is_file()
+
+
+@pytest.fixture(scope="module")
+def earlier(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a run."""
+    folder = tmp_path_factory.mktemp("earlier")
+    output(folder).save([mapped(laps())])
+    return folder / "out"
+
+
+@pytest.mark.parametrize("start", [{}, {"starts_at_first": True}, {"start": np.zeros(3)}])
+def test_a_drive_extends_an_earlier_map_in_its_frame(
+    earlier: Path, tmp_path: Path, start: dict[str, Any]
+) -> None:
+    known = load_session(earlier)
+    extending = output(tmp_path).extending(earlier, **start)
+    save_pickled(extending, pickle.dumps([mapped(islice(laps(seed=1), 600))]))
+    found = load_session(tmp_path / "out")
+    assert sorted(set(found.times.drives.tolist())) == [0, 1]
+    moved = found.map_from_base[0] - known.map_from_base[0]
+    assert np.abs(moved).max() < 0.05
+    later = found.map_from_base[found.times.are_of_last]
+    assert np.abs(later[0] - known.map_from_base[0]).max() < 0.1  # both laps start at one place
+    assert json.loads((tmp_path / "out" / REPORT_FILE).read_text())["inputs"]["continue"] == str(earlier)
+
+
+def test_a_drive_elsewhere_has_the_folder_to_itself(earlier: Path, tmp_path: Path) -> None:
+    elsewhere = (scan_at(ROOM, np.array([0.02 * k, 0.0, 0.0]), (k + 1) * 10**8) for k in range(60))
+    (sentence,) = output(tmp_path).extending(earlier).save([mapped(elsewhere)])
+    assert "was not recognized on the earlier map" in sentence
+    assert sentence.endswith(f"its map is in {tmp_path / 'out'}, in a frame of its own.")
+    assert set(load_session(tmp_path / "out").times.drives.tolist()) == {0}
+
+
+def test_no_map_is_replaced_while_it_is_extended(earlier: Path, tmp_path: Path) -> None:
+    with pytest.raises(OccupiedError, match="name another folder with --out"):
+        output(earlier.parent).extending(earlier)
+    (tmp_path / "lab.posegraph").touch()
+    with pytest.raises(UserError, match="is a pose graph of slam_toolbox, which only that can read"):
+        output(tmp_path).extending(tmp_path / "lab")
 
 
 def test_a_mapper_that_drives_on_is_saved_as_it_was(tmp_path: Path) -> None:
