@@ -32,7 +32,7 @@ def draw_start(
     if len(possible) == 0 or not is_on_map:
         raise UserError(
             f"The initial pose ({pose[0]:.2f}, {pose[1]:.2f}) is not on the map's free space; "
-            "give a pose where the car can stand, or search the whole map."
+            "give a pose where the car can stand, or use global localization."
         )
     return np.resize(possible, drawn.shape)
 

@@ -78,7 +78,7 @@ def localize(
     ] = None,
     initial_pose: StartOption = None,
     anywhere: Annotated[
-        bool, typer.Option("--global", help="Search the whole map, even if a pose is remembered.")
+        bool, typer.Option("--global", help="Global localization, even if a pose is remembered.")
     ] = False,
     memory: Annotated[
         Path | None,

@@ -37,7 +37,7 @@ def localize(
     out: Annotated[OutputFolderOption, WritesFolder(_names)],
     initial_pose: StartOption = None,
     anywhere: Annotated[
-        bool, typer.Option("--global", help="Search the whole map for where the car starts.")
+        bool, typer.Option("--global", help="Global localization: the car may start anywhere on the map.")
     ] = False,
     config: ConfigOption = None,
     reading: ReadingFlags,

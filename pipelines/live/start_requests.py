@@ -1,4 +1,4 @@
-"""Places set by people: an initial pose, a clicked point, or a request for a global search."""
+"""Places set by people: an initial pose, a clicked point, or a request for global localization."""
 
 from collections.abc import Callable
 from functools import partial
@@ -129,7 +129,7 @@ class StartRequests:
     def _on_global(self, _request: Any, response: Any) -> Any:
         def work() -> None:
             self._known_localizer().scatter()
-            self._inform("Searching for the car on the whole map.")
+            self._inform("Global localization: the car may be anywhere on the map.")
 
         self._worker.put("place", work, _MOST_WAITING)
         return response

@@ -246,7 +246,7 @@ def run_localization(
     UserError when the bag holds no usable scan, or none with a return.
     """
     if initial_pose is not None and anywhere:
-        raise UserError("An initial pose and a search of the whole map exclude each other; give one of them.")
+        raise UserError("An initial pose and global localization exclude each other; give one of them.")
     report, settings = context.report, config.localization
     report.add("inputs", {"seed": seed, "settings": settings.model_dump()})
     with report.stage("loading"):
@@ -308,7 +308,7 @@ def _start_anywhere(report: Report, fault: str = "is from another drive") -> Non
     """Report that the start is unknown, although there is a drive beside the map."""
     report.add("inputs", {"start": "anywhere"})
     report.warn(
-        f"The map's trajectory.tum {fault}, so the whole map was searched for the start; "
+        f"The map's trajectory.tum {fault}, so the start was found by global localization; "
         "give the initial pose if it is known."
     )
 

@@ -30,7 +30,7 @@ def place_headline(estimate: PoseEstimate | None, silence: float) -> Headline:
     if silence > BLIND_AFTER:
         return Headline(f"Blind for {silence:.0f} s", Tone.BAD, "No scan says where the car is.")
     if estimate.is_lost:
-        return Headline("Lost", Tone.BAD, f"Searched for on the whole map; {last_scan(silence)}")
+        return Headline("Lost", Tone.BAD, f"Global localization; {last_scan(silence)}")
     place, degrees = estimate.deviation, math.degrees(math.sqrt(max(estimate.covariance[2, 2], 0.0)))
     sure = f"± {_length(place)}, ± {max(degrees, 0.1):.1f}°"
     if estimate.is_place_known:

@@ -167,9 +167,7 @@ class DriveScreen(Screen):
             self._curve = add_curve(gui, "off by (cm), last minute", np.zeros(1), np.zeros(1))
         with page.folder("Localizer") as self._localizer_folder:
             add_localizer_controls(page, self._localization, self._reconfigure)
-            page.on_press(
-                gui.add_button("Search the whole map"), lambda: self._tracking().localizer.scatter()
-            )
+            page.on_press(gui.add_button("Global localization"), lambda: self._tracking().localizer.scatter())
             page.on_press(gui.add_button("Kidnap the car"), self._simulation.kidnap)
             course = gui.add_checkbox("The course's filter, too", False)
             page.on_change(course, self._run_course)

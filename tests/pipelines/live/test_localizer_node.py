@@ -108,7 +108,7 @@ def test_of_two_initial_poses_at_once_the_later_counts(stage: Stage) -> None:
     stage.await_right()
 
 
-def test_a_clicked_point_and_a_global_search_find_the_car(stage: Stage) -> None:
+def test_a_clicked_point_and_global_localization_find_the_car(stage: Stage) -> None:
     from geometry_msgs.msg import Point, PointStamped
     from std_msgs.msg import Header
     from std_srvs.srv import Empty
@@ -118,7 +118,7 @@ def test_a_clicked_point_and_a_global_search_find_the_car(stage: Stage) -> None:
     stage.await_words("Searching for the car near")
     stage.await_right(4.0)
     stage.bus.call("/reinitialize_global_localization", Empty.Request())
-    stage.await_words("on the whole map")
+    stage.await_words("Global localization")
     stage.await_right(4.0)
 
 
@@ -192,5 +192,5 @@ def test_a_node_killed_mid_drive_is_right_two_seconds_after_its_first_scan(tmp_p
         stage.bus.log.clear()
         stage.localize(tmp_path)
         stage.await_right()
-        assert "on the whole map" not in stage.bus.said
+        assert "Global localization" not in stage.bus.said
         assert "where it was in the last run" in stage.bus.said

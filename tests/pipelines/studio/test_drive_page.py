@@ -133,7 +133,7 @@ def test_a_kidnapped_car_is_found_again(drive: Drive) -> None:
     start = screen.truth
     page.press("Kidnap the car")
     page.wait_for(lambda: not np.allclose(screen.truth, start, atol=0.01), "the car to be carried off")
-    page.press("Search the whole map")
+    page.press("Global localization")
     page.wait_for(lambda: screen.error < 0.2, "the car to be found")
 
 
