@@ -72,6 +72,23 @@ def test_a_bare_corridor_goes_on_behind_a_gap_as_far_as_the_wheels_say(
     assert abs(error[2]) < 0.01
 
 
+@settings(max_examples=10)
+@given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-0.1, 0.1))
+def test_a_room_like_the_last_one_behind_a_gap_is_not_taken_for_it(
+    forward: float, aside: float, turn: float
+) -> None:
+    twins = np.concatenate([ROOM, ROOM + np.array([20.0, 0.0])])
+    true = path(np.array([0.1, 0.0, 0.0]), (-2.15, -0.5, 0.1), BEFORE)
+    true[-1] = compose(true[-2] + [20.0, 0.0, 0.0], [0.3, 0.2, 0.1])
+    by_wheels = compose(between(true[-2], true[-1]), [forward, aside, turn])
+    prior = WheelCalibration().prior(by_wheels)
+    placer = KeyframePlacer(BEFORE, store_of(twins, true), true[:-1], true[-2], prior)
+    placed = placer.place(compose(true[-2], by_wheels)[None], Gap.DRIVEN)
+    error = between(compose(true[-2], by_wheels), placed.pose)
+    assert np.hypot(error[0], error[1]) < 0.05
+    assert abs(error[2]) < 0.02
+
+
 NICHES = np.concatenate([CORRIDOR, *(box(x, 0.9, x + 0.3, 1.1) for x in (-3.1, -1.0, 2.2, 4.3))])
 """The corridor with a few pillars that stand out a little."""
 
