@@ -41,6 +41,7 @@ _CORRECTED = (
     "odometry_lags",
     "odometry_link_stands",
     "odometry_of_two_programs",
+    "odometry_resets_by_speeds",
     "odometry_spikes",
     "odometry_topic_stands",
     "odometry_turns_from_imu",

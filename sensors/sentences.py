@@ -23,6 +23,9 @@ _NOT_USED = f"it is not used, and {_BY_SCANS_ALONE}."
 _FAULTY_ODOMETRY = f"The odometry on {{topic}} {{fault}}: {_NOT_USED}"
 _CARRIED = "Unless the robot was carried,"
 
+_RESET_BEFORE = (
+    "Find out what resets it, such as a timer that calls its driver, and reset it between drives only."
+)
 _SET_BEFORE = "Set the clock before the drive (chrony), and do not restart drivers while recording."
 
 COUNTED: Mapping[str, Sentences] = {
@@ -249,6 +252,11 @@ _ODOMETRY: Mapping[str, Sentences] = {
         "pose is integrated from the speeds.",
         f"Make its node {_SET_QUATERNION}",
     ),
+    "odometry_resets_by_speeds": (
+        "The odometry on {topic} is set back to zero again and again: the pose is integrated from its "
+        "speeds.",
+        _RESET_BEFORE,
+    ),
     "odometry_link_contested": (
         "Two programs publish the link {link} on {topic}, each another motion: it is not taken for odometry, "
         f"and {_BY_SCANS_ALONE}.",
@@ -282,6 +290,10 @@ _ODOMETRY: Mapping[str, Sentences] = {
     "odometry_without_turns": (
         _FAULTY_ODOMETRY,
         "Make its node integrate steering angle or gyroscope, or record an IMU.",
+    ),
+    "odometry_resets": (
+        _FAULTY_ODOMETRY,
+        f"{_RESET_BEFORE} A live node can read its speeds instead (the parameter odometry: twist).",
     ),
     "odometry_impossible": (
         _FAULTY_ODOMETRY,

@@ -4,7 +4,7 @@ from collections import Counter
 from functools import partial
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.bags.converters.odometry import PoseSource, planar_pose, pose_source
+from racecar.pipelines.bags.converters.odometry import PoseSource, planar_pose, pose_source, shows_speeds
 from racecar.pipelines.bags.converters.registry import ODOMETRY_CONVERTERS, YAW_RATE_CONVERTERS, Converter
 from racecar.pipelines.bags.converters.transform_odometry import TransformOdometryConverter
 from racecar.pipelines.bags.converters.transforms import FrameLinks, OdometryLinks
@@ -62,6 +62,17 @@ class MotionSources:
         self.left_out_topic = self.odometry.topic.name if self.odometry else None
         self.odometry = self.odometry_links = None
         self.tells_of_no_odometry = True
+
+    def reads_speeds(self) -> bool:
+        """Integrate the speeds of the Odometry messages, as a finding reports, since their poses are reset
+        again and again; False if they have none, or it is done already."""
+        if self.odometry is None or self.odometry_links is not None or self._integrate_twist:
+            return False
+        topic = self.odometry.topic.name
+        self._integrate_twist = shows_speeds(message for _, _, message in decoded(self._store, [topic]))
+        if self._integrate_twist:
+            self._findings.append(Finding("odometry_resets_by_speeds", topic=topic))
+        return self._integrate_twist
 
     @property
     def odometry_topics(self) -> list[str]:

@@ -141,6 +141,11 @@ class BagReader:
         )
         return True
 
+    def reads_speeds(self) -> bool:
+        """Integrate the odometry's speeds instead of its poses, which are reset again and again, from the
+        next iteration on; False if it has none, or that is done already."""
+        return self._motion.reads_speeds()
+
     @property
     def topics(self) -> dict[str, BagTopic]:
         """All topics by name."""

@@ -11,6 +11,7 @@ from racecar.sensors.findings import Finding
 from racecar.sensors.motion.lag import NOTICEABLE
 from racecar.sensors.motion.turn_fusion import MAX_SCALE_ERROR, TurnModel
 from racecar.sensors.self_calibration.learned_corrections import KnownSensors, learned_corrections
+from racecar.sensors.self_calibration.odometry_fault import OdometryFault
 from racecar.sensors.self_calibration.self_calibration import MOST, SelfCalibration, SelfCalibrator
 from racecar.sensors.self_calibration.turn_agreement import USUAL_LAG
 
@@ -35,6 +36,8 @@ def calibrate(reader: BagReader, context: RunContext) -> list[Finding]:
         calibrator = SelfCalibrator(asks_wheels=known.odom_topic is not None)
         learned = _learn(reader, calibrator, known, advance_to)
     if learned.turns is not None and learned.turns.is_inverted and reader.reads_from_the_other_end():
+        return calibrate(reader, context)
+    if learned.odometry_fault == OdometryFault.RESETS and reader.reads_speeds():
         return calibrate(reader, context)
     corrections = learned_corrections(learned, known)
     reader.correct(corrections)

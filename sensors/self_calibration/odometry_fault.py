@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.maps.geometry.se2 import wrap_angle
 from racecar.sensors.odometry import Odometry, is_jump
 from racecar.sensors.self_calibration.mount import FARTHEST_LASER
 from racecar.sensors.self_calibration.robust_fit import MIN_BLOCKS
@@ -26,6 +27,15 @@ _MIN_JUMPS = 5
 """Number of impossibly fast steps below which odometry is accepted. Chosen by judgement: drivers restart."""
 _MAX_JUMP_SHARE = 0.005
 """Accepted share of such steps. Chosen by judgement: a yaw in degrees jumps at every wrap and turn."""
+_AWAY = 0.005
+"""Metres plus radians from zero at which a car has left it. Chosen by judgement: encoders that flicker while
+it stands move by less."""
+_BACK_AT_ONCE = 3.0
+"""Multiple of the steps before and after from which a step back to zero is no motion. Chosen by judgement:
+no car brakes and accelerates again that fast."""
+_FROM_ZERO = 2.0
+"""Multiple of these within which a pose counts from zero, since the car drives on between reset and
+message."""
 
 
 class OdometryFault(Enum):
@@ -38,13 +48,34 @@ class OdometryFault(Enum):
     """Typical of a driver that integrates only a gyroscope, or of a carried robot."""
     WITHOUT_TURNS = "never turns while the scans do"
     """Typical of integrating only the speed."""
+    RESETS = "is set back to zero again and again"
+    """Typical of a timer that calls the driver's reset."""
     IMPOSSIBLE = "moves or turns faster than any robot"
     """Typical of millimetres or degrees."""
 
 
 def odometry_fault(samples: Sequence[Odometry], motions: MotionPairs) -> OdometryFault | None:
     """The fault of odometry samples over these motions, if any."""
+    if _resets(samples):
+        return OdometryFault.RESETS
     return OdometryFault.IMPOSSIBLE if _is_impossible(samples) else _fault_in(motions)
+
+
+def _resets(samples: Sequence[Odometry]) -> bool:
+    """Whether poses are set to zero more often than restarts of a driver explain."""
+    if len(samples) < _MIN_JUMPS:
+        return False
+    poses = np.array([sample.odom_from_base for sample in samples])
+    steps, from_zero = _sizes(np.diff(poses, axis=0)), _sizes(poses)
+    before, after, around = from_zero[1:-2], from_zero[2:-1], np.maximum(steps[:-2], steps[2:])
+    is_back = (after == 0.0) | ((after < _FROM_ZERO * around) & (steps[1:-1] > _BACK_AT_ONCE * around))
+    return int(np.count_nonzero((before > _AWAY) & is_back)) >= _MIN_JUMPS
+
+
+def _sizes(poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N,) metres plus radians of poses (N, 3)."""
+    sizes: NDArray[np.float64] = np.hypot(poses[:, 0], poses[:, 1]) + np.abs(wrap_angle(poses[:, 2]))
+    return sizes
 
 
 def _is_impossible(samples: Sequence[Odometry]) -> bool:

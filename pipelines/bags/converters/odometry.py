@@ -69,12 +69,21 @@ def pose_source(messages: Iterable["nav_msgs__msg__Odometry"]) -> PoseSource:
             return PoseSource.POSE
         if pose is not None and first is None:
             first, moving = pose, 0
-        moving += bool(np.abs(planar_twist(message)).max() > _MOVING_SPEED)
+        moving += _moves(message)
         if moving >= _MOVING_MESSAGES and (first is not None or read >= _GARBAGE_MESSAGES):
             break
     if moving >= _MOVING_MESSAGES:
         return PoseSource.TWIST
     return PoseSource.STANDING if read else PoseSource.NOTHING
+
+
+def shows_speeds(messages: Iterable["nav_msgs__msg__Odometry"]) -> bool:
+    """Whether the twist of any message says that the car moves."""
+    return any(_moves(message) for message in messages)
+
+
+def _moves(message: "nav_msgs__msg__Odometry") -> bool:
+    return bool(np.abs(planar_twist(message)).max() > _MOVING_SPEED)
 
 
 class OdometryConverter:

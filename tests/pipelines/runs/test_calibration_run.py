@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.pipelines.bags.converters.scan_reading import Angles
 from racecar.pipelines.bags.messages import LASER_SCAN
 from racecar.pipelines.bags.reader import BagReader
@@ -318,6 +318,35 @@ def test_odometry_that_is_not_used_is_not_said_to_be_missing(
     assert "on /odom, not used" in capsys.readouterr().out
     told = json.loads((tmp_path / "check.json").read_text())["odometry"]
     assert told == {"topic": "/odom", "is_used": False}
+
+
+@pytest.mark.parametrize("has_speeds", [True, False])
+def test_odometry_that_is_reset_again_and_again_is_read_by_its_speeds(
+    tmp_path: Path, has_speeds: bool
+) -> None:
+    recording = Recording()
+    poses = np.array([sample.odom_from_base for sample in recording.odometry])
+    speeds = between(poses, np.roll(poses, -1, axis=0)) / (2 * STEP) * has_speeds
+    recording.odometry = [
+        replace(
+            sample,
+            odom_from_base=between(poses[index // 5 * 5], poses[index]) * (index % 5 > 0),
+            twist=speeds[index - 1],
+        )
+        for index, sample in enumerate(recording.odometry)
+    ]
+    corrections, reader = corrections_of(recording, tmp_path)
+    found = {finding.name for finding in reader.findings}
+    assert ("odometry_resets_by_speeds" in found, "odometry_resets" in found) == (has_speeds, not has_speeds)
+    assert corrections.uses_odometry == has_speeds
+    with BagReader(tmp_path / "bag") as again:
+        calibrate(again, RunContext())
+        samples = [item for item in again if isinstance(item, Odometry)]
+    if has_speeds:
+        moved = between(samples[0].odom_from_base, samples[-1].odom_from_base)
+        np.testing.assert_allclose(moved[:2], between(poses[0], poses[-1])[:2], atol=0.02)
+    else:
+        assert not samples
 
 
 def test_without_odometry_and_beam_times_nothing_is_asked(tmp_path: Path) -> None:
