@@ -81,8 +81,9 @@ def type_name(message: Any) -> str:
 
 
 def nanoseconds(stamp: "builtin_interfaces__msg__Time") -> int:
-    """A time stamp in nanoseconds."""
-    return stamp.sec * 1_000_000_000 + stamp.nanosec
+    """A time stamp in nanoseconds; zero, as of a driver that does not stamp, if its fields are not valid."""
+    is_valid = stamp.sec >= 0 and stamp.nanosec < 1_000_000_000
+    return stamp.sec * 1_000_000_000 + stamp.nanosec if is_valid else 0
 
 
 def frame_name(name: str) -> str:

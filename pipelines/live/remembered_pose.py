@@ -24,6 +24,9 @@ _FASTEST = 10.0
 _BEGINS_WITHIN = 0.5
 """Metres and radians from the odometry's origin within which it has just started. Chosen by judgement:
 whoever listens from the start, or while the car stands, receives it there."""
+_FAR_NEARER = 0.5
+"""Share of the way from where the odometry was, within which its origin is far nearer. Chosen by judgement:
+heard some seconds after a restart it is there, and few cars drive home meanwhile."""
 _LEFT_WITHIN = (0.3, 0.3, 0.15)
 """Standard deviations (m, m, rad) of a pose without odometry since it was saved. Chosen by judgement, as the
 car may have been pushed aside; if it was carried away, the scans do not fit."""
@@ -55,18 +58,19 @@ class RememberedPose(Lenient):
     """The laser's place."""
 
     def carried_to(self, stamp: int, odom_from_base: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
-        """The current pose (3,) and covariance (3, 3), if the odometry kept counting; or None."""
+        """The current pose (3,) and covariance (3, 3), if the odometry kept counting, or counts anew since
+        not long ago; or None."""
         if self.odometry_stamp is None or self.odom_from_base is None:
             return None
-        if _is_at_begin(odom_from_base) and not _is_at_begin(self.odom_from_base):
-            return None  # it has restarted
         seconds = (stamp - self.odometry_stamp) * 1e-9
         step = between(self.odom_from_base, odom_from_base)
+        pose, covariance = self.map_from_base, self.covariance
+        if _counts_anew(self.odom_from_base, odom_from_base):
+            step, (pose, covariance) = odom_from_base, self.left_there
         distance = float(np.hypot(step[0], step[1]))
         if not 0.0 <= seconds < _LONGEST_BRIDGE or distance > _FASTEST * (seconds + 0.1):
             return None
-        grown = self.covariance + np.eye(3) * (_DRIFT * distance) ** 2
-        return compose(self.map_from_base, step), grown
+        return compose(pose, step), covariance + np.eye(3) * (_DRIFT * distance) ** 2
 
     @property
     def left_there(self) -> tuple[Pose, NDArray[np.float64]]:
@@ -99,6 +103,13 @@ class PoseMemory:
         if pose.odom_from_base is None or self.path.stat().st_mtime < _computer_began():
             return pose.model_copy(update={"odometry_stamp": None})  # odometry restarted, too
         return pose
+
+
+def _counts_anew(before: Pose, now: Pose) -> bool:
+    """Whether odometry restarted: it is where it begins, or far nearer to that than to where it was."""
+    if _is_at_begin(now):
+        return not _is_at_begin(before)
+    return float(np.hypot(now[0], now[1])) < _FAR_NEARER * float(np.hypot(*(now - before)[:2]))
 
 
 def _is_at_begin(odom_from_base: Pose) -> bool:

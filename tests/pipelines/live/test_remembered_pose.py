@@ -99,13 +99,19 @@ def test_odometry_that_began_anew_tells_nothing(tmp_path: Path, stamp: int, far:
     assert found.carried_to(stamp * SECOND, compose(found.odom_from_base, [far, 0.0, 0.0])) is None
 
 
-def test_odometry_that_counts_from_its_begin_again_tells_nothing(tmp_path: Path) -> None:
-    """However long ago: after a reboot it is where it began, as if the car had driven all the way back."""
-    found = remembered(tmp_path)
-    for near in (np.zeros(3), np.array([0.2, -0.2, 0.1])):
-        assert found.carried_to(220 * SECOND, near) is None
-    pose, covariance = found.left_there
-    np.testing.assert_array_equal(pose, found.map_from_base)
+@pytest.mark.parametrize("since", [[0.0, 0.0, 0.0], [0.2, -0.2, 0.1], [3.0, 0.4, 0.2]])
+def test_odometry_that_counts_anew_tells_how_far_the_car_drove_since(
+    tmp_path: Path, since: list[float]
+) -> None:
+    """After a reboot it is where it began, or a little further, as if the car had driven all the way back."""
+    PoseMemory(tmp_path, GRID).save(pose(odom_from_base=[27.4, 0.3, 0.1]))
+    found = loaded(PoseMemory(tmp_path, GRID))
+    carried = found.carried_to(220 * SECOND, np.array(since))
+    assert carried is not None
+    np.testing.assert_allclose(carried[0], compose(found.map_from_base, since))
+    assert np.sqrt(carried[1][0, 0]) > 0.3
+    left, covariance = found.left_there
+    np.testing.assert_array_equal(left, found.map_from_base)
     assert np.sqrt(covariance[0, 0]) > 0.3
 
 
