@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from racecar.sensors.scan import Scan
-from racecar.sensors.self_calibration.turn_agreement import RIGHT_FACTOR, TurnAgreement
+from racecar.sensors.self_calibration.turn_agreement import TurnAgreement
 from racecar.sensors.self_calibration.wall_straightness import WallStraightness
 
 _USUAL_SPANS = np.radians([360.0, 270.0, 240.0, 180.0])
@@ -53,7 +53,7 @@ def bearing_scale(
     """
     turns = [each for each in turns if 1.0 / _OTHER_UNITS < abs(each.ratio) < _OTHER_UNITS]
     if walls is None:
-        factors = [1.0 / abs(each.ratio) for each in turns if each.is_beyond(RIGHT_FACTOR)]
+        factors = [1.0 / abs(each.ratio) for each in turns if each.is_scaled]
         agree = len(factors) > 1 and max(factors) < _AGREEMENT * min(factors)
         return BearingScale(float(np.mean(factors)), is_certain=False) if agree else None
     if _do_all_agree(walls.factor, turns):

@@ -14,7 +14,7 @@ from racecar.sensors.self_calibration.mount import MotionReading, MountEstimate
 from racecar.sensors.self_calibration.odometry_fault import OdometryFault
 from racecar.sensors.self_calibration.self_calibration import SelfCalibration
 from racecar.sensors.self_calibration.sweep_order import SweepOrder
-from racecar.sensors.self_calibration.turn_agreement import RIGHT_FACTOR, USUAL_LAG, TurnAgreement
+from racecar.sensors.self_calibration.turn_agreement import USUAL_LAG, TurnAgreement
 from racecar.sensors.self_calibration.wheel_track import WheelSigns
 
 _FAR_CLOCKS = 1_000_000_000
@@ -135,7 +135,7 @@ class _Made:
         turns, is_used = learned.turns, self.changes.get("uses_odometry", True)
         if turns is None or not is_used or learned.bearing_scale is not None:
             return
-        if turns.is_beyond(RIGHT_FACTOR):
+        if turns.is_scaled:
             self._find(
                 "turns_disagree", spoils_map=True, ratio=abs(turns.ratio), topic=self._known.odom_topic
             )
@@ -150,7 +150,7 @@ class _Made:
 
     def leave_out_odometry(self, fault: OdometryFault, gyro: TurnAgreement | None) -> None:
         """Unless only its turns are missing, and a gyroscope has those."""
-        has_turns = gyro is not None and not gyro.is_inverted and not gyro.is_beyond(RIGHT_FACTOR)
+        has_turns = gyro is not None and not gyro.is_inverted and not gyro.is_scaled
         numbers: dict[str, Any] = {"topic": self._known.odom_topic, "fault": fault.value}
         if fault == OdometryFault.WITHOUT_TURNS and has_turns:
             self._find("odometry_turns_from_imu", **numbers)

@@ -60,6 +60,8 @@ class TurnAgreement:
     """Standard deviation of the ratio."""
     share_left: float
     """Share of the scans' turns that remains unexplained."""
+    share_as_stated: float = np.inf
+    """The same if the turns were as far as the other sensor states, though perhaps of the other sign."""
 
     @property
     def is_inverted(self) -> bool:
@@ -69,6 +71,16 @@ class TurnAgreement:
     def differs(self, other: float, share: float) -> bool:
         """Whether the ratio significantly differs from another by more than a share of it."""
         return abs(self.ratio - other) > share * abs(other) + SIGMAS * self.sigma
+
+    @property
+    def is_scaled(self) -> bool:
+        """Whether one of the two is wrong by a factor.
+
+        Slow sweeps along a bend look alike, so that the scans' track sticks there for a while, and turns too
+        little on the whole. A true factor fits throughout, and far better than none.
+        """
+        fits = self.share_left < _MAX_SHARE_OF_RIVAL * self.share_as_stated
+        return fits and self.is_beyond(RIGHT_FACTOR)
 
     def is_beyond(self, factor: float) -> bool:
         """Whether the ratio or its inverse is significantly above a factor."""
@@ -108,7 +120,10 @@ def turn_agreement(
     if shown is None and not is_near[best]:
         return None
     ratio, sigma = _ratio_at(track, windows, best)
-    return TurnAgreement(expected if shown is None else shown, ratio, sigma, float(shares[best]))
+    as_stated = _shares_left(windows, np.sign(ratios))
+    return TurnAgreement(
+        expected if shown is None else shown, ratio, sigma, float(shares[best]), float(as_stated[best])
+    )
 
 
 def _lags(expected_lag: int, max_lag: int) -> NDArray[np.int64]:

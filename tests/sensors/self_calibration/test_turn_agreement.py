@@ -40,6 +40,13 @@ def agreed(other: WheelTrack, expected_lag: int = 0, max_lag: int = MAX_LAG) -> 
     return turn_agreement(track_along(irregular_drive()), other, expected_lag, max_lag)
 
 
+@pytest.mark.parametrize(("share_left", "as_stated"), [(0.563, 0.708), (0.485, 0.668)])
+def test_a_track_that_sticks_now_and_then_shows_no_factor(share_left: float, as_stated: float) -> None:
+    """Shares of two drives at 4 and 6 m/s round a bending track, of a laser of 7 sweeps a second."""
+    assert not TurnAgreement(0, 0.6, 0.02, share_left, as_stated).is_scaled
+    assert TurnAgreement(0, 0.6, 0.02, 0.1, as_stated).is_scaled
+
+
 FACTORS = (1.0, 0.5, 2.0, -1.0, 57.3)
 
 
@@ -56,7 +63,7 @@ def test_scale_and_lag_are_found(factor: float, lag: float, max_lag: int) -> Non
     assert agreement is not None and agreement.is_inverted == (factor < 0.0)
     assert agreement.lag * 1e-9 == pytest.approx(lag, abs=0.03 if max_lag == MAX_LAG else 0.02)
     assert agreement.ratio == pytest.approx(1.0 / factor, rel=0.02)
-    assert agreement.is_beyond(1.4) == (abs(factor) != 1.0)
+    assert agreement.is_scaled == (abs(factor) != 1.0)
 
 
 @pytest.mark.parametrize(
