@@ -150,6 +150,12 @@ class Localizer:
             estimate, stamp=stamp, map_from_base=map_from_base, covariance=covariance, is_start=False
         )
 
+    def points_in_base(self, scan: Scan) -> NDArray[np.float64]:
+        """(M, 2) end points of the scan that was added last, in the base frame at its stamp, corrected for the
+        motion during the sweep and for the learned yaw of the laser."""
+        turned = self._motion.calibration.turned(scan)
+        return select_points(turned, len(turned.ranges), self._motion.poses_in_sweep).in_base
+
     def particles(self) -> tuple[Pose, NDArray[np.float64]]:
         """Poses (N, 3) and weights (N,) with sum 1, after the last scan or restart."""
         map_from_base, weights = self._hypotheses.shown

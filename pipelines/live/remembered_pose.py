@@ -58,14 +58,14 @@ class RememberedPose(Lenient):
     """The laser's place."""
 
     def carried_to(self, stamp: int, odom_from_base: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
-        """The current pose (3,) and covariance (3, 3), if the odometry kept counting, or counts anew since
-        not long ago; or None."""
+        """The current pose (3,) and covariance (3, 3), if the odometry kept counting, or restarted
+        since; or None."""
         if self.odometry_stamp is None or self.odom_from_base is None:
             return None
         seconds = (stamp - self.odometry_stamp) * 1e-9
         step = between(self.odom_from_base, odom_from_base)
         pose, covariance = self.map_from_base, self.covariance
-        if _counts_anew(self.odom_from_base, odom_from_base):
+        if _has_restarted(self.odom_from_base, odom_from_base):
             step, (pose, covariance) = odom_from_base, self.left_there
         distance = float(np.hypot(step[0], step[1]))
         if not 0.0 <= seconds < _LONGEST_BRIDGE or distance > _FASTEST * (seconds + 0.1):
@@ -105,7 +105,7 @@ class PoseMemory:
         return pose
 
 
-def _counts_anew(before: Pose, now: Pose) -> bool:
+def _has_restarted(before: Pose, now: Pose) -> bool:
     """Whether odometry restarted: it is where it begins, or far nearer to that than to where it was."""
     if _is_at_begin(now):
         return not _is_at_begin(before)

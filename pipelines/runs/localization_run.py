@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
@@ -275,7 +275,7 @@ def run_localization(
                 with report.stage("localizing"):
                     _add_scan(run, message, localizer)
                 with report.stage("judging"):
-                    _judge(run, localizer.calibration.turned(message), walls)
+                    _judge(run, message.stamp, localizer.points_in_base(message), walls)
             else:
                 feed(message, localizer)
             if recorder is not None:
@@ -328,13 +328,13 @@ def _record(message: Measurement, run: LocalizationRun, localizer: Localizer, re
         recorder.write_particles(message.stamp, *localizer.particles())
 
 
-def _judge(run: LocalizationRun, scan: Scan, walls: WallFit) -> None:
-    """Measure the scan's fit to the walls, and keep a scan now and then along the path."""
+def _judge(run: LocalizationRun, stamp: int, points_in_base: NDArray[np.float64], walls: WallFit) -> None:
+    """Measure the fit of a scan's points (M, 2) to the walls, and keep a scan now and then along the path."""
     estimate = run.estimates[-1]
-    points = transform_points(estimate.map_from_base, scan.points_in_base())
+    points = transform_points(estimate.map_from_base, points_in_base)
     share = walls.share_of_points(points)
     run.shares_on_wall.append(share)
-    moment = Moment(scan.stamp, estimate.map_from_base, points, share)
+    moment = Moment(stamp, estimate.map_from_base, points, share)
     run.along.add(run.judge.path_metres, moment, is_known=estimate.is_place_known)
 
 

@@ -11,12 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import IDENTITY, between, compose, wrap_angle
+from racecar.maps.geometry.se2 import IDENTITY, between, compose, transform_points, wrap_angle
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.sensors.motion.odometry_buffer import OdometryBuffer
@@ -520,3 +521,19 @@ def test_odometry_carries_the_pose_while_no_beam_meets_anything(reading: float) 
     assert result.metres.max() < 0.3
     assert result.metres[-40:].mean() < 0.05
     assert sum(estimate.is_start for estimate in result.estimates) == 1
+
+
+def test_the_points_of_the_last_scan_are_corrected_for_its_sweep() -> None:
+    driven = drive(room(), 2.0, np.random.default_rng(0), speed=6.0, range_noise=0.0)
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    estimates = replay(filter, driven.messages)
+    scan = [message for message in driven.messages if isinstance(message, Scan)][-1]
+    rows, columns = np.nonzero(room().cells == OCCUPIED)
+    cells = (np.column_stack([columns, rows]) + 0.5) * room().resolution
+    walls = cKDTree(transform_points(room().map_from_grid, cells))
+    as_seen, corrected = (
+        float(np.mean(walls.query(transform_points(estimates[-1].map_from_base, points))[0]))
+        for points in (scan.points_in_base(), filter.points_in_base(scan))
+    )
+    assert corrected < 0.03 < as_seen
