@@ -151,8 +151,8 @@ class Localizer:
         )
 
     def points_in_base(self, scan: Scan) -> NDArray[np.float64]:
-        """(M, 2) end points of the scan that was added last, in the base frame at its stamp, corrected for the
-        motion during the sweep and for the learned yaw of the laser."""
+        """(M, 2) end points of the scan that was added last, in the base frame at its stamp, corrected for
+        the motion during the sweep and for the learned yaw of the laser."""
         turned = self._motion.calibration.turned(scan)
         return select_points(turned, len(turned.ranges), self._motion.poses_in_sweep).in_base
 
