@@ -201,23 +201,23 @@ def map(
     from racecar.pipelines.live.mapper_node import MapperNode
     from racecar.pipelines.live.ros.run import ros_node, spin
     from racecar.pipelines.live.saving.drive_log import DriveLog
+    from racecar.pipelines.live.saving.live_drive import LiveDrive
     from racecar.pipelines.live.saving.map_saving import MapOutput
     from racecar.pipelines.live.work.free_memory import keep_memory_together
     from racecar.pipelines.runs.interrupts import STOP_SIGNALS, stop_request
 
     settings = load_config(config)
     tell = teller(quiet=False)
-    output = MapOutput(out, settings, {"live": True})
+    drive = LiveDrive(MapOutput(out, settings, {"live": True}), DriveLog(out))
     with output_folder(out):
         pass  # so that no drive is lost
     keep_memory_together()
-    log = DriveLog(out)
     if not anew:
-        log.go_on(tell)
+        drive.log.go_on(tell)
     warm_up()
 
     def create(page: "WatchScreen | None", node: Any, is_first: bool) -> MapperNode:
-        mapper = MapperNode(node, output, log, page)
+        mapper = MapperNode(node, drive, page)
         if is_first:
             mapper.say_what_is_not_read(context.obj)
         return mapper
@@ -234,15 +234,11 @@ def map(
                     spin(node, node.survive, stop)
             finally:
                 node.end()
-            drive = node.live
-            if not isinstance(drive, MapperNode):
-                if log.is_saved:
-                    log.remove()
+            if not drive.mappers:
                 return
-            drive.inform("Optimizing the map; Ctrl-C breaks that off, and keeps the drive for another time.")
+            node.inform("Optimizing the map; Ctrl-C breaks that off, and keeps the drive for another time.")
             try:
-                for sentence in drive.save():
-                    drive.inform(sentence)
+                drive.save(node.inform)
             finally:
                 if json is not None:
                     write_json(json, {"command": "racecar live map", **node.summary()})

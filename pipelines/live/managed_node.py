@@ -60,7 +60,7 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
     def bring_up(self) -> None:
         """Configure and activate, unless a lifecycle manager does. Raises what prevents it."""
         if self._is_managed:
-            self.get_logger().info("Waiting for a lifecycle manager to configure and activate the node.")
+            self.inform("Waiting for a lifecycle manager to configure and activate the node.")
             return
         for transition in (self.trigger_configure, self.trigger_activate):
             transition()
@@ -68,14 +68,20 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
                 raise self._error
 
     def end(self) -> None:
-        """Stop, in whatever state; what is not saved stays in `live`."""
-        self._break_bond()
-        if self.live is not None:
-            self.live.stop()
+        """Stop, in whatever state."""
+        try:
+            self._break_bond()
+        finally:
+            if self.live is not None:
+                self.live.stop()
 
     def summary(self) -> dict[str, Any]:
         """Figures since the last activation; none before the first."""
         return {} if self.live is None else self.live.summary()
+
+    def inform(self, sentence: str) -> None:
+        """Log a sentence."""
+        self.get_logger().info(with_short_words(sentence))
 
     def survive(self, error: Exception) -> None:
         """Report an exception in a callback, after which the node continues."""
@@ -97,23 +103,18 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         return self._attempt(self._deactivate, _ERROR)
 
     def on_cleanup(self, _state: Any) -> Any:
-        """Save and free everything; if it cannot be saved, the node stays inactive and keeps it."""
-        return self._attempt(self._clean_up, _FAILURE)
+        """Free everything."""
+        return self._attempt(self._clean_up, _ERROR)
 
     def on_shutdown(self, _state: Any) -> Any:
-        """The same from any state, for good; what cannot be saved stays in `live`."""
+        """The same from any state, for good."""
         return self._attempt(self._shut_down, _FAILURE)
 
     def on_error(self, _state: Any) -> Any:
-        """Free everything, so that the node is unconfigured; what can be saved is."""
-        live, self.live = self.live, None
+        """Stop as far as that is possible and free everything, so that the node is unconfigured."""
         with suppress(Exception):
-            self._break_bond()
-        if live is not None:
-            for work in (live.stop, live.put_away):
-                with suppress(Exception):
-                    work()
-        self._share.destroy()
+            self.end()
+        self._clean_up()
         return _SUCCESS
 
     def _configure(self) -> None:
@@ -138,18 +139,14 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         self.live = self.live.renewed()
 
     def _clean_up(self) -> None:
-        if self.live is not None:
-            for sentence in self.live.put_away():
-                self.get_logger().info(with_short_words(sentence))
         self._share.destroy()
         self.live = None
 
     def _shut_down(self) -> None:
         try:
             self.end()
-            self._clean_up()
         finally:
-            self._share.destroy()
+            self._clean_up()
 
     def _break_bond(self) -> None:
         bond, self._bond = self._bond, None

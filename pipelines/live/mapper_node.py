@@ -3,7 +3,7 @@
 import pickle
 import time
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Future
 from dataclasses import replace
 from functools import partial
@@ -33,7 +33,8 @@ from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.node import LiveNode
 from racecar.pipelines.live.ros.foreign_parameters import SLAM_TOOLBOX, ForeignNode
 from racecar.pipelines.live.ros.messages import fill_pose, header
-from racecar.pipelines.live.saving.drive_log import AnotherDrive, DriveLog, Entry
+from racecar.pipelines.live.saving.drive_log import AnotherDrive, Entry
+from racecar.pipelines.live.saving.live_drive import LiveDrive
 from racecar.pipelines.live.saving.map_saving import MapOutput
 from racecar.pipelines.live.saving.save_service import SaveService
 from racecar.pipelines.live.saving.unfinished_map import UnfinishedMap
@@ -105,32 +106,23 @@ class MapperNode(LiveNode):
         "odometry": "the map rests on the scans alone",
     }
 
-    def __init__(
-        self,
-        node: Any,
-        output: MapOutput,
-        log: DriveLog,
-        view: "WatchScreen | None" = None,
-        drives: Sequence[Mapper] = (),
-    ) -> None:
-        """Goes on with the ``drives`` of another node, if there are any, or else with that of the log.
-
-        Raises UserError that names the invalid parameter.
-        """
-        super().__init__(node, "mapper", output.config.sensors, moves_laser=False)
-        config = self.declare(output.config.mapping, read_only=True, only=_PARAMETERS)
-        output = self._extending(output.with_settings(self.sensor_config, config))
-        self._output, self._log, self._view = output, log, view
-        *self._earlier, self._mapper = drives or [Mapper(config)]
-        """Mappers of the drives before long interruptions, in order, and that of the last one."""
-        self._is_mapping_logged = log.broken_off is not None and not drives
+    def __init__(self, node: Any, drive: LiveDrive, view: "WatchScreen | None" = None) -> None:
+        """Goes on with the drive. Raises UserError that names the invalid parameter."""
+        super().__init__(node, "mapper", drive.output.config.sensors, moves_laser=False)
+        config = self.declare(drive.output.config.mapping, read_only=True, only=_PARAMETERS)
+        output = drive.output = self._extending(drive.output.with_settings(self.sensor_config, config))
+        self.drive, self._log, self._view = drive, drive.log, view
+        if not drive.mappers:
+            drive.mappers.append(Mapper(config))
+        if drive.place is not None:
+            self.sensors.remember_place(drive.place)
+        if (last := drive.last_stamp) is not None:
+            self.sensors.carry_on(last)
         self._is_cut_short = False
         self._drawer = Worker("drawer", self.faults, self.survive)
         self._unfinished = UnfinishedMap(output, self.faults)
-        for earlier in self._earlier:
+        for earlier in drive.mappers[:-1]:
             self._unfinished.leave_longer(earlier.growth.keyframes)
-        if log.is_saved:
-            self._unfinished.leave_finished()
         self._display = MapperDisplay(
             node,
             self.parameters.map_frame,
@@ -143,7 +135,7 @@ class MapperNode(LiveNode):
         )
         self._verdict = MapVerdict(self.side)
         self._service = SaveService(
-            node, lambda: self._output, self._request_drives, self._extend, self.faults, self._note_saved
+            node, lambda: self.drive.output, self._request_drives, self._extend, self.faults, self._note_saved
         )
         self._memory_schedule = Schedule()
         self._counts: Counter[str] = Counter()
@@ -161,7 +153,7 @@ class MapperNode(LiveNode):
     def start(self) -> None:
         """Subscribe and start the threads."""
         self._drawer.start()
-        if self._is_mapping_logged:
+        if self._log.is_unread:
             self.worker.put("log", self._map_logged)
         super().start()
         self._service.start()
@@ -177,7 +169,7 @@ class MapperNode(LiveNode):
             try:
                 ending.join(seconds)
                 seconds = _TOLD_EVERY
-                if self._is_mapping_logged:
+                if self._log.is_unread:
                     self.inform("The log is not mapped yet; press Ctrl-C again to save what there is.")
                 elif scans := self.worker.backlog("scan"):
                     self.inform(f"{scans} scans to go; press Ctrl-C again to save what there is.")
@@ -197,39 +189,12 @@ class MapperNode(LiveNode):
         self.side.finish()
 
     @property
-    def _drives(self) -> list[Mapper]:
-        return [*self._earlier, self._mapper]
+    def _mapper(self) -> Mapper:
+        return self.drive.mappers[-1]
 
     def renewed(self) -> "MapperNode":
         """Maps on."""
-        another = MapperNode(self.node, self._output, self._log, self._view, self._drives)
-        if (place := self.sensors.place) is not None:
-            another.sensors.remember_place(place)
-        if (last := self._mapper.last_stamp) is not None:
-            another.sensors.carry_on(last)
-        return another
-
-    def put_away(self) -> list[str]:
-        """Save the map, if there is one; the drive stays in the log, from which another node maps on."""
-        if self._mapper.last_stamp is None:
-            return []
-        said = self._output.save(self._drives)
-        self._log.close()
-        return [*said, f"The map is saved in {self._output.folder}."]
-
-    def save(self) -> list[str]:
-        """Finish the map of the stopped drive and write its files; returns sentences on it. If that fails or
-        is interrupted, the drive stays in the log. Raises UserError when there is no map."""
-        is_kept = self._mapper.last_stamp is not None
-        try:
-            said = self._output.save(self._drives)
-            is_kept = self._is_mapping_logged
-            return said
-        finally:
-            if is_kept:
-                self.inform(f"The drive is kept in {self._log.path}; the same command goes on with it.")
-            else:
-                self._log.remove()
+        return MapperNode(self.node, self.drive, self._view)
 
     def figures(self) -> Mapping[str, Any]:
         """Figures of the growing map, as last passed on by the worker."""
@@ -332,7 +297,6 @@ class MapperNode(LiveNode):
             self.worker.attempt(partial(self._take_logged, entry))
         if (last := self._mapper.last_stamp) is not None:
             self.sensors.carry_on(last)
-        self._is_mapping_logged = False
         self.inform(f"The drive until then is mapped again, in {time.monotonic() - began:.0f} s.")
 
     def _take_logged(self, entry: Entry) -> None:
@@ -363,6 +327,7 @@ class MapperNode(LiveNode):
             if seconds > _LONGEST_BREAK:
                 self._leave_earlier(seconds)
         if (place := self.sensors.place) is not None:
+            self.drive.place = place
             self._keep(place)
         self._keep(item)
         self._pose = self._mapper.add_scan(item)
@@ -388,8 +353,7 @@ class MapperNode(LiveNode):
 
     def _begin_another(self) -> None:
         self._unfinished.leave_longer(self._mapper.growth.keyframes)
-        self._earlier.append(self._mapper)
-        self._mapper = Mapper(self._output.config.mapping)
+        self.drive.mappers.append(Mapper(self.drive.output.config.mapping))
         self._display.begin_anew()
 
     def _publish(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
@@ -403,7 +367,7 @@ class MapperNode(LiveNode):
         self.transforms.publish(stamp, map_from_base, self._odom_frame, stated)
 
     def _note_saved(self, sentence: str, folder: Path) -> None:
-        if folder == self._output.folder:
+        if folder == self.drive.output.folder:
             self._unfinished.leave_finished()
         self.inform(sentence)
 
@@ -429,13 +393,13 @@ class MapperNode(LiveNode):
     def _extend(self, folder: Path, start: Pose | None, *, starts_at_first: bool) -> None:
         """Extend the map in a folder from now on; the car is at a pose (3,) there, or where the first drive
         of that map started, or it must be recognized. Raises UserError when there is no such map."""
-        output = self._output.extending(folder, start, starts_at_first=starts_at_first)
-        if self._earlier:
+        output = self.drive.output.extending(folder, start, starts_at_first=starts_at_first)
+        if self.drive.mappers[:-1]:
             output = replace(output, start=None)  # that of the first of these drives is not known
         elif output.start is not None and self._pose is not None:
             since = between(self._pose, self._mapper.session().map_from_base[0])
             output = replace(output, start=compose(output.start, since))
-        self._output = output
+        self.drive.output = output
         self.inform(_EXTENDED.format(folder))
 
     def _request_drives(self) -> Future[bytes]:
@@ -446,7 +410,7 @@ class MapperNode(LiveNode):
             if self._pose is None:
                 taken.set_exception(UserError("there is none yet, as no scan has arrived."))
             else:
-                taken.set_result(pickle.dumps(self._drives))
+                taken.set_result(pickle.dumps(self.drive.mappers))
 
         self.worker.put("save", take)
         return taken

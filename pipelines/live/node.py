@@ -132,11 +132,6 @@ class LiveNode(ABC):
     def renewed(self) -> "LiveNode":
         """Its successor on the same ROS node, not started yet, which knows what this one knew."""
 
-    def put_away(self) -> list[str]:
-        """Save what this one knows and has not saved, once it has stopped; returns sentences on it. Raises
-        UserError when that fails."""
-        return []
-
     def stop_learning(self) -> None:
         """Keep what has been learned so far, and stop learning."""
         self.learning.stop()

@@ -58,8 +58,8 @@ class DriveLog:
         self.path = folder.parent / f"{folder.name}.drive.log"
         self.broken_off: float | None = None
         """Seconds since the drive that is to be continued was interrupted; None if there is none."""
-        self.is_saved = False
-        """Whether it holds nothing that is not in a saved map."""
+        self.is_unread = False
+        """Whether `entries` holds some of that drive that have not been taken yet."""
         self._end = 0
         """Where the next record is written; the file is intact up to there."""
         self._file: BinaryIO | None = None
@@ -87,7 +87,7 @@ class DriveLog:
         elif not self._holds_something():
             announce(f"{self.path} is empty or damaged, and the drive begins from scratch.")
         else:
-            self.broken_off = seconds
+            self.broken_off, self.is_unread = seconds, True
             announce(f"The node was killed: the drive goes on from {self.path}, by which it is mapped again.")
 
     def entries(self) -> Iterator[Entry]:
@@ -101,9 +101,10 @@ class DriveLog:
                 try:
                     entry = None if record is None else _read(*record, beams)
                 except (struct.error, ValueError, LookupError, TypeError):  # written by another version
-                    return
+                    entry = record = None
                 if entry is not None:
                     yield entry
+        self.is_unread = False
 
     def add(self, entry: Entry) -> None:
         """Write an entry so that it outlives this process. Raises OSError; the file does not contain it
@@ -127,13 +128,6 @@ class DriveLog:
         else:
             self._write(b"A", b"")
 
-    def close(self) -> None:
-        """Close the file of a drive whose map is saved, and that may be continued."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
-        self.broken_off, self.is_saved = 0.0, True
-
     def remove(self) -> None:
         """Remove the log of a drive whose map is saved."""
         if self._file is not None:
@@ -147,7 +141,6 @@ class DriveLog:
             return False
 
     def _write(self, kind: bytes, content: bytes) -> None:
-        self.is_saved = False
         if self._file is None:
             self._file = self.path.open("r+b" if self._end else "wb", buffering=0)
         record = _HEAD.pack(kind, len(content), zlib.crc32(content, kind[0])) + content

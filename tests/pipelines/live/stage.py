@@ -208,11 +208,12 @@ def mapper(
     """The same, which goes on with a drive that was broken off."""
     from racecar.pipelines.live.mapper_node import MapperNode
     from racecar.pipelines.live.saving.drive_log import DriveLog
+    from racecar.pipelines.live.saving.live_drive import LiveDrive
     from racecar.pipelines.live.saving.map_saving import MapOutput
 
     log = DriveLog(out)
     log.go_on(announce)
-    return MapperNode(node, MapOutput(out, Config(), {"live": True}), log, view)
+    return MapperNode(node, LiveDrive(MapOutput(out, Config(), {"live": True}), log), view)
 
 
 def map_message(grid: OccupancyGrid) -> Any:

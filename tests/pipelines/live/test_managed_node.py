@@ -36,20 +36,16 @@ class Work:
         self._do("create")
         node.create_subscription(_string(), "/told", lambda _: done.append("hear"), 10)
 
-    def _do(self, what: str) -> list[str]:
+    def _do(self, what: str) -> None:
         self.done.append(what)
         if what in self.fails:
             raise self.fails.pop(what)
-        return []
 
     def start(self) -> None:
         self._do("start")
 
     def stop(self) -> None:
         self._do("stop")
-
-    def put_away(self) -> list[str]:
-        return self._do("save")
 
     def renewed(self) -> "Work":
         self._do("renew")
@@ -115,8 +111,8 @@ def test_it_goes_through_all_states() -> None:
         assert manager.shutdown()
         assert manager.state == FINALIZED
     once = ["create", "start", "stop", "renew", "create"]
-    again = ["start", "stop", "renew", "create", "save"]
-    assert stage.done == [*once, *again, *once, *again, *once, "save"]
+    again = ["start", "stop", "renew", "create"]
+    assert stage.done == [*once, *again, *once, *again, *once]
 
 
 @pytest.mark.slow
@@ -127,8 +123,7 @@ def test_it_goes_through_all_states() -> None:
         (INACTIVE, ACTIVATE, "start", UNCONFIGURED),
         (ACTIVE, DEACTIVATE, "stop", UNCONFIGURED),
         (ACTIVE, DEACTIVATE, "renew", UNCONFIGURED),
-        (INACTIVE, CLEANUP, "save", INACTIVE),
-        (INACTIVE, _INACTIVE_SHUTDOWN, "save", FINALIZED),
+        (INACTIVE, _INACTIVE_SHUTDOWN, "stop", FINALIZED),
         (ACTIVE, _ACTIVE_SHUTDOWN, "stop", FINALIZED),
     ],
 )
@@ -148,16 +143,6 @@ def test_errors_end_in_the_state_that_ros_prescribes(
             assert stage.manager.startup()
     (warning,) = re.findall(r"\[WARN\].*", capfd.readouterr().err)
     assert str(error) in warning
-
-
-@pytest.mark.slow
-def test_what_cannot_be_saved_at_a_cleanup_is_saved_at_the_next() -> None:
-    with managed() as stage:
-        stage.bring_to(INACTIVE)
-        stage.fails["save"] = UserError("The disk is full.")
-        assert not stage.manager.change(CLEANUP)
-        assert stage.manager.change(CLEANUP)
-        assert stage.done == ["create", "save", "save"]
 
 
 @pytest.mark.slow

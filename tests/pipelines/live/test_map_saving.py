@@ -17,6 +17,7 @@ from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.run_report import REPORT_FILE
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.live.saving.drive_log import AnotherDrive, DriveLog
+from racecar.pipelines.live.saving.live_drive import LiveDrive
 from racecar.pipelines.live.saving.map_saving import MapOutput, save_pickled
 from racecar.pipelines.runs.output_places import OccupiedError
 from racecar.sensors.measurement import Measurement
@@ -118,9 +119,8 @@ def test_what_was_logged_is_mapped_again_drive_by_drive(tmp_path: Path) -> None:
     again = DriveLog(tmp_path / "out")
     again.go_on(lambda sentence: None)
     with ros_node("test_logged", []) as node:
-        mapper_node = MapperNode(node, output(tmp_path), again)
-        mapper_node._map_logged()
-    found = [*mapper_node._earlier, mapper_node._mapper]
-    for mapper, messages in zip(found, (first, second), strict=True):
+        live = LiveDrive(output(tmp_path), again)
+        MapperNode(node, live)._map_logged()
+    for mapper, messages in zip(live.mappers, (first, second), strict=True):
         before, after = mapped(iter(messages)).session(), mapper.session()
         assert np.array_equal(after.map_from_keyframe, before.map_from_keyframe)
