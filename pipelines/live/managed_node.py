@@ -3,6 +3,7 @@
 See https://design.ros2.org/articles/node_lifecycle.html.
 """
 
+import gc
 import logging
 from collections.abc import Callable
 from contextlib import suppress
@@ -18,6 +19,7 @@ from racecar.pipelines.live.node import LiveNode
 from racecar.pipelines.live.ros.bond import Bond
 from racecar.pipelines.live.ros.node_share import NodeShare
 from racecar.pipelines.live.ros.parameters import declare_settings
+from racecar.pipelines.live.work.free_memory import give_back_free_memory
 
 _log = logging.getLogger(__name__)
 
@@ -137,10 +139,12 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         self.live.stop()
         self._share.destroy()
         self.live = self.live.renewed()
+        _free_memory()
 
     def _clean_up(self) -> None:
         self._share.destroy()
         self.live = None
+        _free_memory()
 
     def _shut_down(self) -> None:
         try:
@@ -179,6 +183,12 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
 
     def _warn(self, sentence: str) -> None:
         self.get_logger().warning(with_short_words(sentence))
+
+
+def _free_memory() -> None:
+    """Now, since a node that has ended is in cycles of references, and Python may be in no hurry to find out."""
+    gc.collect()
+    give_back_free_memory()
 
 
 def _sentence(error: Exception) -> str:

@@ -92,7 +92,7 @@ class LiveCar:
         """``map_from_base`` now."""
         self.scans_sent = 0
         self.odometry_sent = 0
-        self._node = node
+        self.node = node
         self._transform_topics: dict[str, Any] = {}
         self._imu_topic: Any = None
         self._scan_topic: Any = None
@@ -106,9 +106,9 @@ class LiveCar:
         from rclpy.qos import qos_profile_sensor_data
 
         if self._scan_topic is not None:
-            self._node.destroy_publisher(self._scan_topic)
+            self.node.destroy_publisher(self._scan_topic)
         self._scan_topic, self._form = (
-            self._node.create_publisher(kind, "/scan", qos_profile_sensor_data),
+            self.node.create_publisher(kind, "/scan", qos_profile_sensor_data),
             form,
         )
 
@@ -128,7 +128,7 @@ class LiveCar:
             from racecar.pipelines.live.ros.message_types import transform_message_type
             from racecar.pipelines.live.ros.qos import LATCHED
 
-            publisher = self._node.create_publisher(transform_message_type(), topic, LATCHED)
+            publisher = self.node.create_publisher(transform_message_type(), topic, LATCHED)
             self._transform_topics[topic] = publisher
         x, y, yaw = pose
         cos, sin = np.cos(yaw / 2.0), np.sin(yaw / 2.0)
@@ -138,15 +138,15 @@ class LiveCar:
 
     def hush_odometry(self) -> None:
         """Nobody publishes /odom."""
-        self._node.destroy_publisher(self._odometry_topic)
+        self.node.destroy_publisher(self._odometry_topic)
 
     def hush_place(self) -> None:
         """Nodes that come later are not told where the laser sits."""
-        self._node.destroy_publisher(self._place_topic)
+        self.node.destroy_publisher(self._place_topic)
 
     def drive(self) -> None:
         """From now on, to the end of what is recorded."""
-        bus, first = self._node.bus, recorded()[0][0]
+        bus, first = self.node.bus, recorded()[0][0]
         for due, said, truth in recorded():
             bus.at(bus.monotonic + due - first, partial(self.say, said, truth, bus.wall - first))
 
@@ -213,7 +213,7 @@ class LiveCar:
             from sensor_msgs.msg import Imu
 
             if self._imu_topic is None:
-                self._imu_topic = self._node.create_publisher(Imu, "/imu", 100)
+                self._imu_topic = self.node.create_publisher(Imu, "/imu", 100)
             message = Imu(header=header(time_message(stamp), "imu"))
             message.angular_velocity.z = float(rate)
             self._imu_topic.publish(message)

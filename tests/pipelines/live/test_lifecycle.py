@@ -63,6 +63,16 @@ class Drive:
             time.sleep(0.01)
         raise AssertionError([(stamp, pose, self.car.truth.get(stamp)) for _, stamp, pose in self.poses[-3:]])
 
+    def endpoints(self, name: str) -> int:
+        """Number of DDS readers and writers of a node's topics and services."""
+        node = self.car.node
+        return sum(
+            each.node_name == name
+            for topic, _ in node.get_topic_names_and_types(no_demangle=True)
+            for ask in (node.get_publishers_info_by_topic, node.get_subscriptions_info_by_topic)
+            for each in ask(topic, no_mangle=True)
+        )
+
     def assert_silence(self) -> None:
         time.sleep(0.2)  # for what is under way
         self.poses.clear()
@@ -176,17 +186,18 @@ def test_twenty_rounds_of_a_localizer(tmp_path: Path) -> None:
             assert manager.reset(), log.read_text()
             assert manager.state == UNCONFIGURED
             drive.assert_silence()
-            used.append(usage(pid))
-        assert max(took) < _WITHIN
+            used.append((*usage(pid), drive.endpoints("racecar_localizer")))
+        assert max(took) < _WITHIN, took
         assert manager.startup()
         assert manager.shutdown()
         assert manager.state == FINALIZED
     warnings = [line for line in log.read_text().splitlines() if "[WARN]" in line]
     assert all("No transform says yet" in line for line in warnings), warnings
-    threads, files, memory = zip(*used, strict=True)
-    assert set(threads[1:]) == {threads[-1]}
-    assert set(files[1:]) == {files[-1]}
-    assert memory[-1] - memory[4] < 20
+    threads, files, memory, endpoints = zip(*used, strict=True)
+    assert set(threads[1:]) == {threads[-1]}, threads
+    assert set(files[1:]) == {files[-1]}, files
+    assert set(endpoints) == {endpoints[-1]}, endpoints
+    assert memory[-1] - memory[4] < 20, memory
 
 
 @pytest.mark.slow
@@ -214,11 +225,11 @@ def test_twenty_rounds_of_a_mapper(tmp_path: Path) -> None:
                 assert (out / "map.yaml").is_file()
                 assert manager.change(CONFIGURE)
             assert manager.change(ACTIVATE)
-            used.append(usage(pid))
+            used.append((*usage(pid), drive.endpoints("racecar_mapper")))
         assert manager.shutdown()
         assert manager.state == FINALIZED
-    threads, files, _ = zip(*used, strict=True)
-    once_saved = slice(5, None)
-    assert max(threads[once_saved]) - min(threads[once_saved]) <= 1
-    assert max(files[once_saved]) - min(files[once_saved]) <= 1
+    threads, files, _, endpoints = zip(*used, strict=True)
+    assert max(threads[1:]) - min(threads[1:]) <= 1, threads
+    assert max(files[1:]) - min(files[1:]) <= 1, files
+    assert set(endpoints[1:]) == {endpoints[-1]}, endpoints
     assert not (tmp_path / "out.drive.log").exists()
