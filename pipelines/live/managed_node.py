@@ -186,7 +186,7 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
 
 
 def _free_memory() -> None:
-    """Now, since a node that has ended is in cycles of references, and Python may be in no hurry to find out."""
+    """Now, since a node that has ended is in cycles of references, which Python seldom looks for."""
     gc.collect()
     give_back_free_memory()
 

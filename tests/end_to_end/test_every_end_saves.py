@@ -21,6 +21,8 @@ from racecar.maps.map_files import load_map
 from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.live.saving.drive_log import DriveLog
+from racecar.sensors.scan import Scan
 from tests.pipelines.live.live_car import LiveCar, recorded
 
 pytestmark = pytest.mark.usefixtures("ros")
@@ -63,6 +65,7 @@ MOMENTS = {
     "while its files are written": Moment(f"{FILES}:save_session", is_after_end=True),
     "going on with a drive": Moment(f"{NODE}._take_logged", 50, goes_on=True),
 }
+UNDISTURBED = Moment(f"{NODE}.watch", 10**9)
 
 
 @contextmanager
@@ -179,3 +182,33 @@ def test_a_closed_terminal_ends_the_drive_whose_map_is_finished(ros: dict[str, s
     assert not read_report(out).counts.interrupted
     assert not out.with_name("out.drive.log").exists()
     assert_usable(out)
+
+
+@pytest.mark.slow
+def test_a_long_drive_is_saved_within_three_seconds_of_sigterm(
+    ros: dict[str, str], recordings: Path, tmp_path: Path
+) -> None:
+    """45 minutes, of which the node is told within less than four."""
+    from geometry_msgs.msg import PoseStamped
+
+    from racecar.pipelines.live.ros.processes import racecar_process
+    from racecar.pipelines.live.ros.run import ros_node, served
+
+    out, poses = tmp_path / "out", list[float]()
+    play = ["play", str(recordings / "slam_benchmark" / "intel.bag"), "--quiet", "--speed", "12"]
+    with node(out, UNDISTURBED, ros) as process, ros_node("test_watcher", []) as watcher, served(watcher):
+        watcher.create_subscription(
+            PoseStamped, "/tracked_pose", lambda _: poses.append(time.monotonic()), 10
+        )
+        with racecar_process([*play, "--listeners", "1", "--wait", "60"], ros, tmp_path / "play") as player:
+            assert player.wait(600.0) == 0
+        while time.monotonic() < poses[-1] + 2.0:  # a busy computer maps on
+            time.sleep(0.1)
+        process.send_signal(signal.SIGTERM)
+        time.sleep(3.0)
+    assert "Traceback" not in said_by(out)
+    assert_usable(out)
+    logged = [each.stamp for each in DriveLog(out).entries() if isinstance(each, Scan)]
+    mapped = load_session(out)
+    assert len(logged) > 13_000 and len(mapped.keyframes) > 1000
+    assert logged[-1] - mapped.times.stamps[-1] < 60 * 10**9
