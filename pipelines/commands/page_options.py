@@ -37,17 +37,21 @@ class PageFlags:
     ) -> None:
         """Serve the screen that ``prepare`` makes, until Ctrl-C; ``tell`` receives the page's address.
 
-        Ctrl-C asks first if something is not saved yet; SIGTERM does not.
+        Ctrl-C asks first if something is not saved yet. SIGTERM and a closed terminal cannot, and save a
+        discovered map.
         """
         import signal
         import webbrowser
         from contextlib import closing, suppress
 
+        from racecar.pipelines.runs.interrupts import is_to_be_survived
         from racecar.pipelines.studio.page import Page
         from racecar.pipelines.studio.studio import add_opening
 
         with closing(Page("racecar studio", self.port)) as page, suppress(KeyboardInterrupt):
-            signal.signal(signal.SIGTERM, lambda *_: page.stop())
+            for number in (signal.SIGTERM, signal.SIGHUP):
+                if not is_to_be_survived(number):
+                    signal.signal(number, lambda *_: page.stop())
             page.enter(prepare(page))
             add_opening(page, settings)
             tell(f"Look at {page.address} (Ctrl-C ends).")
@@ -57,17 +61,20 @@ class PageFlags:
 
 
 def _run(page: "Page") -> None:
-    """Work until Ctrl-C, and on after the first one if something is not saved yet."""
+    """Work until Ctrl-C, and on after the first one if something is not saved yet; otherwise until `stop`."""
     from racecar.maps.errors import UserError
     from racecar.pipelines.commands.terminal import teller
 
+    tell = teller(quiet=False)
     while True:
         try:
             page.run()
+            if saved := page.rescue():
+                tell(saved)
         except KeyboardInterrupt:
             try:
                 page.confirm_leaving()
             except UserError as loss:
-                teller(quiet=False)(str(loss))
+                tell(str(loss))
                 continue
         return

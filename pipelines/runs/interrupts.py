@@ -15,7 +15,7 @@ def end_like_ctrl_c() -> None:
 
     A forked copy of this process still ends at once. Under nohup, a closed terminal is still survived.
     """
-    others = [number for number in STOP_SIGNALS if number != signal.SIGINT and not _is_to_be_survived(number)]
+    others = [number for number in STOP_SIGNALS if number != signal.SIGINT and not is_to_be_survived(number)]
     for number in others:
         signal.signal(number, signal.default_int_handler)
 
@@ -33,7 +33,8 @@ def end_like_ctrl_c() -> None:
     os.register_at_fork(before=wait, after_in_parent=hear_again, after_in_child=end_at_once)
 
 
-def _is_to_be_survived(number: signal.Signals) -> bool:
+def is_to_be_survived(number: signal.Signals) -> bool:
+    """Whether whoever started the process wants it to live on: a closed terminal, under nohup."""
     return number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN
 
 
@@ -78,7 +79,7 @@ def stop_request(*signals: signal.Signals) -> Iterator[StopRequest]:
     Also raises KeyboardInterrupt if Python dropped it and the block failed because of what it interrupted.
     """
     request = StopRequest()
-    heard = [number for number in signals if not _is_to_be_survived(number)]
+    heard = [number for number in signals if not is_to_be_survived(number)]
     before = {number: signal.signal(number, request.take) for number in heard}
     try:
         yield request

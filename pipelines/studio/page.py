@@ -118,6 +118,10 @@ class Page:
         if loss:
             self.confirm(loss)
 
+    def rescue(self) -> str:
+        """Save what would be lost with the screen, see `Screen.rescue`."""
+        return "" if self._screen is None else self._screen.rescue()
+
     def check_place(self, place: OutputFolder, read: Sequence[Path] = ()) -> None:
         """Raises UserError when nothing can be written to a place, and when something there would be replaced
         unless this is called again soon."""

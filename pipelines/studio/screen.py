@@ -43,6 +43,11 @@ class Screen:
         """What is lost if the screen is left now, and how to keep it, in a sentence; empty if nothing."""
         return ""
 
+    def rescue(self) -> str:
+        """Save what would be lost and need not be asked about, as the studio ends; returns where, in a
+        sentence, empty if nothing. Raises UserError when that fails."""
+        return ""
+
     def step(self, seconds: float) -> None:
         """Advance by some seconds."""
 

@@ -104,6 +104,14 @@ class DriveScreen(Screen):
             return ""
         return "The discovered map is not saved: save it, or press again to leave without it."
 
+    def rescue(self) -> str:
+        """Save the map of a discovery, where that replaces nothing."""
+        if not isinstance(self._follower, Discovery) or not self._follower.keyframes:
+            return ""
+        folder = free_folder(typed_path(self._folder.value), lambda: MAP_NAMES)
+        self._follower.save(folder)
+        return f"The discovered map is saved in {folder}."
+
     def step(self, seconds: float) -> None:
         """Drive, and localize or map."""
         if self._is_paused:

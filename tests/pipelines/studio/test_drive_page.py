@@ -1,6 +1,8 @@
 """A car that is driven on the page, by clicks in a browser."""
 
-from collections.abc import Iterator
+import os
+import signal
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,8 @@ from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.map_files import load_map
+from racecar.pipelines.commands.page_options import PageFlags
+from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.studio.drive.drive_screen import DriveScreen
 from racecar.pipelines.studio.drive.follower import Follower
@@ -75,17 +79,15 @@ def test_it_is_told_how_long_a_car_that_was_carried_away_was_astray_and_the_curv
     assert max(error.metres for error in follower.errors) == 9.0
 
 
+def a_drive(page: Page) -> DriveScreen:
+    grid = a_room()
+    simulation = DrivenSimulation(grid, Conditions())
+    return DriveScreen(page, grid, simulation, LocalizationConfig(particles=500), MappingConfig())
+
+
 def test_nothing_of_the_localizer_stands_beside_a_floor_that_is_discovered() -> None:
     with closing(Page("a drive", 0)) as page:
-        grid = a_room()
-        screen = DriveScreen(
-            page,
-            grid,
-            DrivenSimulation(grid, Conditions()),
-            LocalizationConfig(particles=500),
-            MappingConfig(),
-        )
-        page._screen = screen
+        page._screen = screen = a_drive(page)
         for _ in range(30):
             screen.step(0.1)
             screen.draw()
@@ -102,6 +104,30 @@ def test_nothing_of_the_localizer_stands_beside_a_floor_that_is_discovered() -> 
         assert "localizer" not in screen._state.content
         screen._toggle_discovery()
         assert screen._localizer_folder.visible
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_discovered_floor_is_saved_where_nobody_can_be_asked(
+    number: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "runs" / "discovered").mkdir(parents=True)
+    (tmp_path / "runs" / "discovered" / "map.yaml").touch()
+
+    def prepare(page: Page) -> Callable[[], DriveScreen]:
+        screen = a_drive(page)
+        screen._toggle_discovery()
+        for _ in range(20):
+            screen.step(0.1)
+        return lambda: screen
+
+    before = {each: signal.getsignal(each) for each in (signal.SIGTERM, signal.SIGHUP)}
+    try:
+        PageFlags(browser=False).serve(prepare, Config(), lambda _address: os.kill(os.getpid(), number))
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+    assert (load_map(tmp_path / "runs" / "discovered-2").cells > 50).any()
 
 
 @pytest.mark.slow
