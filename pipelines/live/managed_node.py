@@ -77,6 +77,12 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
             if self.live is not None:
                 self.live.stop()
 
+    def destroy_node(self) -> None:
+        """With the services of its states: rclpy leaves them, and so the DDS participant, to Python's garbage
+        collection, and one that vanishes while another discovers it may hide that one's services for ever."""
+        super().destroy_node()
+        self._state_machine.destroy_when_not_in_use()
+
     def summary(self) -> dict[str, Any]:
         """Figures since the last activation; none before the first."""
         return {} if self.live is None else self.live.summary()

@@ -206,6 +206,17 @@ def test_by_itself_a_node_is_active_at_once_and_needs_no_bond(tmp_path: Path) ->
     assert done == ["create", "start"]
 
 
+def test_a_destroyed_node_leaves_no_services() -> None:
+    from racecar.pipelines.live.managed_node import ManagedNode
+    from racecar.pipelines.live.ros.run import ros_node
+
+    with ros_node("test_observer", []) as observer:
+        node = ManagedNode(NAME, lambda node, _: Work(node, [], {}))  # type: ignore[arg-type,return-value]
+        assert observer.count_services(f"/{NAME}/get_state") == 1
+        node.destroy_node()
+        assert observer.count_services(f"/{NAME}/get_state") == 0
+
+
 def test_by_itself_a_node_that_cannot_be_configured_raises_why() -> None:
     from racecar.pipelines.live.managed_node import ManagedNode
     from racecar.pipelines.live.ros.run import ros_node
