@@ -47,6 +47,11 @@ class Finding:
         """What is wrong and what to do about it."""
         return " ".join(self._words).rstrip()
 
+    @property
+    def warning(self) -> str:
+        """The sentence, after its grade in brackets."""
+        return f"[{self.grade.value}] {self.sentence}"
+
     def as_dict(self) -> dict[str, Any]:
         """The finding for a JSON file."""
         return {

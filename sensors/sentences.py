@@ -6,6 +6,12 @@ from typing import TypeAlias
 Sentences: TypeAlias = tuple[str, str]
 """The problem and the remedy, with the finding's numbers in braces."""
 
+
+def by_name(parameter: str) -> str:
+    """How to give a parameter: by that name in Python and to ROS nodes, by its flag to commands."""
+    return f"(parameter {parameter}, flag --{parameter.replace('_', '-')})"
+
+
 ONE_CLOCK = "Stamp all messages by one clock (chrony, or drivers on one computer)."
 """The remedy for clocks that differ."""
 
@@ -22,6 +28,8 @@ _GOES_ON = "The drive goes on."
 _NOT_USED = f"it is not used, and {_BY_SCANS_ALONE}."
 _FAULTY_ODOMETRY = f"The odometry on {{topic}} {{fault}}: {_NOT_USED}"
 _CARRIED = "Unless the robot was carried,"
+_POSE = f"the laser's pose {by_name('laser_pose')}"
+_ANOTHER_SCAN_TOPIC = f"Choose another {by_name('scan_topic')}"
 
 _RESET_BEFORE = (
     "Find out what resets it, such as a timer that calls its driver, and reset it between drives only."
@@ -78,8 +86,8 @@ COUNTED: Mapping[str, Sentences] = {
     "changed_beam_counts": ("Changes of the number of beams: {count}.", ""),
     "scans_without_range_max": (
         "Scans that do not state the sensor's range, for which 60 m is assumed: {count}.",
-        "Set range_max in the driver, or sensors.max_range in a file for --config, so that misses are not "
-        "taken for walls.",
+        "Set range_max in the driver, or the setting sensors.max_range, so that misses are not taken for "
+        "walls.",
     ),
 }
 """Counted while reading, under these names: what was corrected or dropped."""
@@ -105,15 +113,15 @@ _BAG: Mapping[str, Sentences] = {
     ),
     "scan_topic_of_several": (
         "Scans are taken from {taken}, not from {others}.",
-        "Choose another with --scan-topic, if this is not the one.",
+        f"{_ANOTHER_SCAN_TOPIC}, if this is not the one.",
     ),
     "laser_of_several": (
         "Scans are taken from {taken}, not from {others}.",
-        "Choose another with --scan-topic, or give it once for each laser if several are to be used.",
+        f"{_ANOTHER_SCAN_TOPIC}, or give several if several lasers are to be used.",
     ),
     "odometry_topic_of_several": (
         "Odometry messages are taken from {taken}, not from {others}.",
-        "Choose another with --odom-topic, if this is not the one.",
+        f"Choose another {by_name('odom_topic')}, if this is not the one.",
     ),
 }
 
@@ -281,7 +289,7 @@ _ODOMETRY: Mapping[str, Sentences] = {
     ),
     "odometry_stuck": (
         _FAULTY_ODOMETRY,
-        f"{_CARRIED} find out why its driver sends no motion, or name another topic with --odom-topic.",
+        f"{_CARRIED} find out why its driver sends no motion, or name another topic {by_name('odom_topic')}.",
     ),
     "odometry_without_distance": (
         _FAULTY_ODOMETRY,
@@ -310,8 +318,8 @@ _ODOMETRY: Mapping[str, Sentences] = {
     "turns_inverted": (
         "The scans turn left where the odometry turns right, and nothing shows which is wrong: the odometry "
         f"is not used, and {_BY_SCANS_ALONE}.",
-        "Correct the sign of the odometry's yaw; or, if the laser hangs upside down, give its place: "
-        "--laser-pose 'X Y YAW 3.1416'.",
+        f"Correct the sign of the odometry's yaw; or, if the laser hangs upside down, give {_POSE} with the "
+        "roll 3.1416.",
     ),
     "turns_disagree": (
         "The scans turn {ratio:.2f} times as far as the odometry on {topic}: the angles of one of them are "
@@ -382,27 +390,26 @@ _PLACE: Mapping[str, Sentences] = {
     "place_unknown": (
         "The bag does not say where {sensor} sits on the car (no transform from base_link on /tf_static or "
         "/tf): it is taken to be at base_link.",
-        "Give it with --laser-pose X Y YAW, or record /tf_static.",
+        f"Give {_POSE}, or record /tf_static.",
     ),
     "place_by_another_frame": (
         "No frame is called base_link: {sensor} is taken to sit on the car as it does on {base}, from which "
         "its transforms lead.",
-        "If the car is another frame, give the place with --laser-pose X Y YAW.",
+        f"If the car is another frame, give {_POSE}.",
     ),
     "place_told_twice": (
         "The transforms put {sensor} at two places on the car: {other} and {place}. The latter is taken.",
-        "Publish it once only; until then give the right one with --laser-pose X Y YAW.",
+        f"Publish it once only; until then give {_POSE}.",
     ),
     "place_of_two": (
         "The transforms put the laser of {topic} at two places on the car: {other} and {place}. The latter "
         "is taken, as scans and odometry show.",
-        "Publish it once only, or give it with --laser-pose, as {given}.",
+        f"Publish it once only, or give {_POSE} as {{given}}.",
     ),
     "transforms_in_a_circle": (
         "The transforms go in a circle: by {link} {sensor} sits at {other}, by the others at {place}. The "
         "latter is taken.",
-        "Publish one way from the car to the sensor only; until then give its place with --laser-pose X Y "
-        "YAW.",
+        f"Publish one way from the car to the sensor only; until then give {_POSE}.",
     ),
     "sensor_tilted": (
         "The sensor is tilted by {degrees:.0f}°: it is taken as level.",
@@ -412,30 +419,29 @@ _PLACE: Mapping[str, Sentences] = {
         "Odometry and gyroscope turn left where the scans turn right: the laser is read as hanging {right}, "
         "although its transform ({source}) has it {told}. If both turn the wrong way, as wheels that take "
         "their turns from the gyroscope do, the map is its mirror image.",
-        "Correct the roll in the laser's transform, or give --laser-pose {read}; if the transform is right, "
-        "--laser-pose {as_told}.",
+        f"Correct the roll in the laser's transform, or give {_POSE} as {{read}}; if the transform is right, "
+        "as {as_told}.",
     ),
     "laser_upside_down": (
         "The scans turn left where the odometry turns right: the laser is taken to hang upside down, at "
         "{place}. If the odometry's sign is wrong instead, the map is its mirror image.",
-        "Give the laser's place, which decides it: --laser-pose {hanging} if it hangs upside down, "
-        "--laser-pose {upright} if not.",
+        f"Give {_POSE}, which decides it: {{hanging}} if it hangs upside down, {{upright}} if not.",
     ),
     "place_contradicted": (
         "The laser looks {told:.0f}° to the left by its place ({source}), but {shown:.0f}° by the directions "
         f"of travel of scans and odometry: the place is believed, the odometry is not used, and "
         f"{_BY_SCANS_ALONE}.",
-        "Correct the one that is wrong; if it is the place, give --laser-pose {place}.",
+        f"Correct the one that is wrong; if it is the place, give {_POSE} as {{place}}.",
     ),
     "place_turned": (
         "The laser looks {told:.0f}° to the left by its transform ({source}), but {shown:.0f}° by the scans, "
         "since the odometry drives along the axis of the robot: so it is read.",
-        "Correct the transform, or give --laser-pose {place}.",
+        f"Correct the transform, or give {_POSE} as {{place}}.",
     ),
     "place_learned": (
         "Nothing says where the laser of {topic} sits on the car: it is taken to be at {place}, as scans and "
         "odometry show.",
-        "Measure it and give it with --laser-pose, as {given}, or record /tf_static.",
+        f"Measure it and give {_POSE} as {{given}}, or record /tf_static.",
     ),
 }
 

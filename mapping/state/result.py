@@ -18,6 +18,7 @@ from racecar.maps.geometry.se2 import Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.maps.trajectory import Trajectory
+from racecar.sensors.findings import Finding
 from racecar.sensors.motion.lag import NOTICEABLE
 
 WITHOUT_WHEELS = (
@@ -149,7 +150,8 @@ def _warnings(state: MapperState) -> list[str]:
         warnings.append(sentence)
     model = state.reckoning.turns.model
     if sentence := model.contradiction:
-        warnings.append(f"{sentence} {model.remedy}")
+        told = Finding("gyroscope_contradicts", contradiction=sentence, remedy=model.remedy)
+        warnings.append(told.warning)
     if state.reckoning.scans_left_out > 0:
         warnings.append(
             f"{state.reckoning.scans_left_out} scans of further lasers were left out: without wheel odometry "
@@ -158,10 +160,6 @@ def _warnings(state: MapperState) -> list[str]:
         )
     lag = state.reckoning.odometry_lag.nanoseconds
     if abs(lag) >= NOTICEABLE:
-        where = "behind" if lag > 0 else "ahead of"
-        warnings.append(
-            f"By their stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans, as the turns "
-            "show: this was corrected. To remedy it, stamp all messages by one clock (chrony, or drivers "
-            "on one computer)."
-        )
+        side = "behind" if lag > 0 else "ahead of"
+        warnings.append(Finding("odometry_lags", milliseconds=abs(lag) / 1e6, side=side).warning)
     return warnings

@@ -36,7 +36,7 @@ class CarFrames:
     def __init__(
         self,
         given: Iterable[float] | None = None,
-        given_by: str = "flag",
+        given_by: str = "given",
         base_frame: str = BASE_FRAMES[0],
         links: FrameLinks | None = None,
     ) -> None:

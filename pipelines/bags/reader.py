@@ -206,7 +206,7 @@ class BagReader:
 
     @property
     def base_from_laser_source(self) -> str:
-        """``flag``, ``tf_static``, ``tf``, ``base frame``, ``assumed identity`` or ``motion``."""
+        """``given``, ``tf_static``, ``tf``, ``base frame``, ``assumed identity`` or ``motion``."""
         is_corrected = self._corrections.base_from_laser is not None
         return "motion" if is_corrected else self._frames.placed(self._scan_frame).source
 
@@ -282,8 +282,8 @@ class BagReader:
 
     @property
     def warnings(self) -> list[str]:
-        """The findings as sentences for users."""
-        return [finding.sentence for finding in self.findings]
+        """The findings as sentences for users, with their grades."""
+        return [finding.warning for finding in self.findings]
 
     def require_returns(self) -> None:
         """Raises UserError when no beam of the scans read so far hit anything."""

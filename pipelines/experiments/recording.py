@@ -24,6 +24,7 @@ from racecar.pipelines.simulation.simulator_config import NoiseLevel, Simulation
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
+from racecar.sensors.sentences import by_name
 
 _SEARCHED = 60.0
 """Seconds of the recording in which its start is searched for. Chosen by judgement: wheel odometry leads back
@@ -118,7 +119,7 @@ def with_known_start(recording: Recording, config: LocalizationConfig, seed: int
     if not (known and samples and judge.quality.verdict == DriveVerdict.LOCALIZED):
         raise UserError(
             f"Where {recording.title} starts was not found in its first {_SEARCHED:g} s; "
-            "give --initial-pose X Y YAW, or the map of the place."
+            f"give its initial pose {by_name('initial_pose')}, or the map of the place."
         )
     stamps = np.array([sample.stamp for sample in samples])
     driven = Trajectory(stamps, np.array([sample.odom_from_base for sample in samples]))

@@ -20,8 +20,8 @@ _MENDABLE_BY_USER = _NO_ROOM | {
 
 TO_BE_RECOGNIZED = (
     "if you know where on that map it begins, extend the map by its bag with that as the initial pose "
-    "(--continue and --initial-pose X Y YAW); else record a drive that passes some 10 m of where an earlier "
-    "drive went"
+    "(parameters continued and initial_pose, flags --continue and --initial-pose); else record a drive that "
+    "passes some 10 m of where an earlier drive went"
 )
 """What helps a drive that is not recognized on an earlier map."""
 

@@ -136,7 +136,7 @@ class TurnModel:
             return "Correct angle_min, angle_max and angle_increment in the laser's driver."
         return (
             "Make sure that its driver reports radians per second about the axis that points up, or leave "
-            "it out with --no-imu."
+            "it out (parameter use_imu, flag --no-imu; live by remapping imu)."
         )
 
     def _scales_by(self, plain: float) -> bool:

@@ -112,7 +112,7 @@ class _Made:
             topic=known.scan_topic,
             other=in_words(known.base_from_laser),
             place=in_words(rival),
-            given=_as_flag(rival),
+            given=_numbers(rival),
         )
 
     def reverse_beams(self) -> None:
@@ -229,10 +229,10 @@ class _Made:
         self._find("signs_changed", topic=self._known.odom_topic, what=what, why=why)
 
     def _hangs_otherwise(self, learned: SelfCalibration) -> bool:
-        """Whether a gyroscope, too, turns against the scans, which contradicts a published mount; a flag
-        decides. Wheels that contradict themselves are no evidence."""
+        """Whether a gyroscope, too, turns against the scans, which contradicts a published mount; a
+        given place decides. Wheels that contradict themselves are no evidence."""
         reading, gyro = learned.reading, learned.gyro_turns
-        if not self._known.is_place_told or self._known.place_source == "flag":
+        if not self._known.is_place_told or self._known.place_source == "given":
             return False
         if reading is not None and reading.wheel_signs == WheelSigns.YAW_INVERTED:
             return False
@@ -248,8 +248,8 @@ class _Made:
             right=right,
             source=known.place_source,
             told=told,
-            read=_as_flag(known.base_from_laser, roll),
-            as_told=_as_flag(known.base_from_laser, np.pi - roll),
+            read=_numbers(known.base_from_laser, roll),
+            as_told=_numbers(known.base_from_laser, np.pi - roll),
         )
 
     def _hang_upside_down(self, place: Pose) -> None:
@@ -257,8 +257,8 @@ class _Made:
         self._find(
             "laser_upside_down",
             place=in_words(place),
-            hanging=_as_flag(place, np.pi),
-            upright=_as_flag(place * [1.0, -1.0, -1.0]),
+            hanging=_numbers(place, np.pi),
+            upright=_numbers(place * [1.0, -1.0, -1.0]),
         )
 
     def _check_yaw(self, mount: MountEstimate) -> None:
@@ -269,7 +269,7 @@ class _Made:
         if not known.is_place_told:
             place = mount.as_mounted()
             self.changes["base_from_laser"] = place
-            self._find("place_learned", topic=known.scan_topic, place=in_words(place), given=_as_flag(place))
+            self._find("place_learned", topic=known.scan_topic, place=in_words(place), given=_numbers(place))
         elif self._yields(mount, error):
             place = np.append(known.base_from_laser[:2], mount.base_from_laser[2])
             self.changes["base_from_laser"] = place
@@ -278,9 +278,9 @@ class _Made:
             self._leave_out("place_contradicted", **self._told_and_shown(mount.as_mounted()))
 
     def _yields(self, mount: MountEstimate, error: float) -> bool:
-        """Whether a published place has a yaw ``error``, rather than the wheels; a flag decides."""
-        is_flag = self._known.place_source == "flag"
-        return mount.cannot_slip and abs(error) < _HALF_A_TURN and self._known.is_alone and not is_flag
+        """Whether a published place has a yaw ``error``, rather than the wheels; a given place decides."""
+        is_given = self._known.place_source == "given"
+        return mount.cannot_slip and abs(error) < _HALF_A_TURN and self._known.is_alone and not is_given
 
     def _told_and_shown(self, place: Pose) -> dict[str, Any]:
         """The numbers of a finding: the laser's given yaw and the place (3,) that the motions show."""
@@ -289,7 +289,7 @@ class _Made:
             "told": np.degrees(known.base_from_laser[2]),
             "source": known.place_source,
             "shown": np.degrees(place[2]),
-            "place": _as_flag(place, np.pi if known.is_upside_down else 0.0),
+            "place": _numbers(place, np.pi if known.is_upside_down else 0.0),
         }
 
     def _leave_out(self, name: str, **numbers: Any) -> None:
@@ -300,6 +300,6 @@ class _Made:
         self.findings.append(Finding(name, spoils_map=spoils_map, **numbers))
 
 
-def _as_flag(place: Pose, roll: float = 0.0) -> str:
+def _numbers(place: Pose, roll: float = 0.0) -> str:
     numbers = [*(place + 0.0).tolist(), *([roll] if roll else [])]
-    return "'" + " ".join(f"{number:.4g}" for number in numbers) + "'"
+    return " ".join(f"{number:.4g}" for number in numbers)

@@ -1,6 +1,7 @@
 """Every finding that the code names has its sentence, and every sentence its finding."""
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from string import Formatter
@@ -9,7 +10,7 @@ import pytest
 
 from racecar.sensors.findings import Finding
 from racecar.sensors.grades import GRADES, Grade
-from racecar.sensors.sentences import SENTENCES
+from racecar.sensors.sentences import SENTENCES, by_name
 
 ROOMS = [Path(__file__).parents[3] / "pipelines" / room for room in ("bags", "live", "runs")]
 
@@ -64,3 +65,11 @@ def test_each_finding_has_a_grade() -> None:
 @pytest.mark.parametrize("name", [name for name, words in SENTENCES.items() if not callable(words)])
 def test_a_remedy_is_not_that_there_is_nothing_to_do(name: str) -> None:
     assert "action is needed" not in SENTENCES[name][1]  # type: ignore[index]
+
+
+def test_what_a_flag_gives_is_named_as_a_parameter_too() -> None:
+    """Notebooks and nodes tell the same sentences as commands; `--anew` is of nodes alone."""
+    words = [" ".join(each) for each in SENTENCES.values() if not callable(each)]
+    flags = {(flag, text) for text in words for flag in re.findall(r"--([a-z-]+)", text) if flag != "anew"}
+    assert len(flags) >= 10
+    assert all(by_name(flag.replace("-", "_")) in text for flag, text in flags)

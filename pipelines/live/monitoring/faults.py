@@ -17,14 +17,6 @@ EVENT_SECONDS = 5.0
 """Seconds for which an event stays in the diagnostics. Chosen by judgement: long enough to read it."""
 _LOGGED_EVERY = 0.2
 """Seconds between two log lines about the same fault, so that bad messages do not flood the log."""
-
-
-_PARAMETERS = {
-    "--laser-pose X Y YAW": "the parameter laser_pose",
-    "--laser-pose": "the parameter laser_pose",
-    "with --no-imu": "by remapping imu",
-}
-"""Replacements of flags, applied in this order."""
 _LONGEST_WORD = 200
 """Characters of a name in a sentence. Chosen by judgement: more than any frame or path chosen by a person."""
 
@@ -69,11 +61,8 @@ class Faults:
             self._warn(sentence)
 
     def find(self, *findings: Finding, key: str = "", lasting: bool = True) -> None:
-        """Report findings, under a ``key`` or the name of the first; flags in them are replaced by
-        parameters."""
+        """Report findings, under a ``key`` or the name of the first."""
         words = " ".join(finding.sentence for finding in findings)
-        for flag, parameter in _PARAMETERS.items():
-            words = words.replace(flag, parameter)
         self.report(key or findings[0].name, words, lasting=lasting)
 
     def judge(self, is_wrong: bool, finding: Finding, ended: str, key: str = "") -> None:

@@ -157,7 +157,7 @@ def test_strict_minds_faults_only_that_spoil_the_map(tmp_path):
 
 def test_whoever_reads_a_bag_hears_the_same_as_check(tmp_path):
     path = blind_bag(tmp_path / "blind.bag")
-    told = [finding.sentence for finding in check(path).findings]
+    told = [f"[{finding.grade.value}] {finding.sentence}" for finding in check(path).findings]
     *_, reader = read(path)
     assert told and reader.warnings == told
 

@@ -65,12 +65,12 @@ def test_clocks_and_signs() -> None:
 
 
 def test_a_place_with_a_roll_is_that_of_a_laser_upside_down() -> None:
-    place = SensorPlace.from_pose(np.array([0.2, -0.1, 1.0, np.pi]), "flag")
+    place = SensorPlace.from_pose(np.array([0.2, -0.1, 1.0, np.pi]), "given")
     assert place.is_upside_down and place.tilt == pytest.approx(0.0, abs=1e-6)
     assert place.pose == pytest.approx([0.2, -0.1, 1.0])
-    upright = SensorPlace.from_pose(np.array([0.2, -0.1, 1.0]), "flag")
+    upright = SensorPlace.from_pose(np.array([0.2, -0.1, 1.0]), "given")
     assert not upright.is_upside_down and upright.pose == pytest.approx([0.2, -0.1, 1.0])
-    assert SensorPlace.from_pose(np.array([0.0, 0.0, 0.0, 0.4]), "flag").tilt == pytest.approx(0.4)
+    assert SensorPlace.from_pose(np.array([0.0, 0.0, 0.0, 0.4]), "given").tilt == pytest.approx(0.4)
 
 
 def test_reversed_beams_before_their_stamp_have_a_time_increment_of_the_wrong_sign() -> None:

@@ -93,7 +93,7 @@ def test_odometry_left_aside(tmp_path):
 def test_the_flag_overrides_the_transform(tmp_path):
     place = np.array([1.0, 2.0, 3.0])
     scans, _, reader = read(write_bag(tmp_path / "drive.bag"), laser_pose=place)
-    assert reader.base_from_laser_source == "flag"
+    assert reader.base_from_laser_source == "given"
     np.testing.assert_allclose(scans[0].base_from_laser, place)
 
 

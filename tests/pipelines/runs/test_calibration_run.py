@@ -231,7 +231,7 @@ def test_a_place_that_is_told_is_believed_and_not_the_wheels(tmp_path: Path) -> 
         ("tf", True, 14.0, 0.9, None),
         ("tf", True, 20.0, 0.9, "place_contradicted"),
         ("tf", False, 14.0, 0.3, "place_contradicted"),
-        ("flag", True, 14.0, 0.3, "place_contradicted"),
+        ("given", True, 14.0, 0.3, "place_contradicted"),
     ],
 )
 def test_a_transform_yields_to_wheels_that_drive_hither_and_thither_along_their_axis(
@@ -286,7 +286,7 @@ def test_wheels_and_gyroscope_together_outweigh_the_transform(tmp_path: Path) ->
 
 @pytest.mark.parametrize(
     ("source", "gyro", "is_outweighed"),
-    [("tf", -1.0, True), ("flag", -1.0, False), ("tf", 1.0, False), ("tf", None, False)],
+    [("tf", -1.0, True), ("given", -1.0, False), ("tf", 1.0, False), ("tf", None, False)],
 )
 def test_a_flag_is_not_outweighed_nor_a_transform_by_wheels_alone(
     source: str, gyro: float | None, is_outweighed: bool

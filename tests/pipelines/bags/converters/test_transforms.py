@@ -65,4 +65,4 @@ def test_a_rotation_of_zero_and_damaged_bytes_are_no_link(translation, rotation)
 
 def test_a_pose_as_a_place():
     pose = np.array([1.0, -2.0, 2.5])
-    np.testing.assert_allclose(SensorPlace.from_pose(pose, "flag").pose, pose)
+    np.testing.assert_allclose(SensorPlace.from_pose(pose, "given").pose, pose)
