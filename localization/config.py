@@ -42,7 +42,7 @@ class LocalizationConfig(Settings):
         0.2, gt=0, le=10, description="standard deviation (m, rad) after a second without odometry"
     )
     start_spread: float = Field(
-        0.5, gt=0, le=10, description="standard deviation in metres about a start pose that was given"
+        0.5, gt=0, le=10, description="standard deviation in metres about an initial pose that was given"
     )
     start_heading_spread: float = Field(
         0.25, gt=0, le=3.2, description="standard deviation in radians about a start heading that was given"

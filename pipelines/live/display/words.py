@@ -34,8 +34,8 @@ def mapper_words(growth: Growth | None, quality: MapQuality | None, wrong: Seque
     """Paragraphs of Markdown: how much is mapped, the verdict on the map so far, and current faults."""
     if growth is None:
         return "\n\n".join(["There is no map yet.", *map(literal, wrong)])
-    keyframes, loops = _counted(growth.keyframes, "keyframe"), _counted(growth.loops, "loop")
-    extent = f"**{growth.metres:.0f} m** driven, {keyframes}, {loops} closed."
+    keyframes, loops = _counted(growth.keyframes, "keyframe"), _counted(growth.loops, "loop closure")
+    extent = f"**{growth.metres:.0f} m** driven, {keyframes}, {loops}."
     verdict = "The map is judged once a minute." if quality is None else f"So far: {literal(quality.summary)}"
     return "\n\n".join([extent, verdict, *map(literal, wrong)])
 

@@ -187,7 +187,7 @@ class MapBagScreen(Screen):
             return ""
         path, loops = glimpse.path, len(glimpse.loops)
         metres = float(np.sum(np.hypot(*np.diff(path[:, :2], axis=0).T)))
-        return f"{metres:.0f} m driven, {loops} {'loop' if loops == 1 else 'loops'} closed"
+        return f"{metres:.0f} m driven, {loops} loop {'closure' if loops == 1 else 'closures'}"
 
     def _end(self, process: FreshProcess[BagCheck] | FreshProcess[WrittenMap]) -> None:
         self._process = None

@@ -40,11 +40,11 @@ def test_the_mapper_heads_the_page_with_its_verdict_unless_no_scan_arrives() -> 
 def test_the_mapper_says_how_much_is_mapped_and_what_it_is_worth() -> None:
     assert mapper_words(None, None, ["No scans."]) == "There is no map yet.\n\nNo scans."
     assert mapper_words(Growth(keyframes=1), None, []).split("\n\n") == [
-        "**0 m** driven, 1 keyframe, 0 loops closed.",
+        "**0 m** driven, 1 keyframe, 0 loop closures.",
         "The map is judged once a minute.",
     ]
     grown = mapper_words(Growth(keyframes=120, loops=1, metres=40.2), GOOD, ["It is behind."]).split("\n\n")
-    assert grown[0] == "**40 m** driven, 120 keyframes, 1 loop closed."
+    assert grown[0] == "**40 m** driven, 120 keyframes, 1 loop closure."
     assert grown[1] == f"So far: {GOOD.summary}"
     assert grown[2] == "It is behind."
     assert "passes disagree" in mapper_words(Growth(keyframes=120, loops=1, metres=40.2), WRONG, [])
