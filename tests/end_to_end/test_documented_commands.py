@@ -23,15 +23,22 @@ RUN_PAGES = (
 )
 _PREREQUISITES = "racecar map examples/drive.mcap --out runs/drive --quiet"
 """What a page may suppose that was done before, on the home page."""
+_OF_A_READER = {
+    "nav2_params.yaml": "amcl_params.yaml",
+    "mapper_params_online_async.yaml": "slam_toolbox_params.yaml",
+}
+"""Files of a reader's own that pages name, and what stands for them."""
 _ENDLESS = re.compile(r"^racecar (studio|mend|live (map|localize|simulate))\b")
 """Until Ctrl-C."""
 _NEEDS_ROS = re.compile(r"^racecar (live (?!files)|play)")
 _NOT_HERE = re.compile(
-    r"^(git clone|make|pip|ln|cd|ssh|ros2|\.) "  # what tests neither install nor have
-    r"|--(scheduler|plan|relations) "  # of another program, or of other data
-    r"|/front |stata_basement|\bdrive\.bag\b|\bcheck drive$|\bevaluate drive:"  # a car of yours
-    r"|^racecar experiment |^racecar demo |--help|--install-completion"  # hours, minutes, and nothing to see
-    r"|live localize --ros-args -r map:=/map"  # waits for a map_server
+    r"^(git clone|make|pip) "  # .ci/run makes and installs; a clone is what the fixture stands for
+    r"|^(ros2|ln|cd|ssh) "  # ROS from PyPI has no ros2; a colcon workspace, and another computer
+    r"|--(scheduler|plan|relations) "  # a cluster, a floor plan and relations of a reader's own
+    r"|/front |stata_basement|\bdrive\.bag\b|\bcheck drive$|\bevaluate drive:"  # a car of a reader's own
+    r"|^racecar experiment "  # hours; test_experiment.py runs them with --quick
+    r"|^racecar demo "  # test_warm_up.py runs it
+    r"|--help|--install-completion"  # nothing to see, and the settings of a shell
 )
 """Commands whose flags alone are checked, by `tests.checks`."""
 _LIVE_SECONDS, _LONGEST_SECONDS = 30.0, 1800.0
@@ -69,11 +76,13 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def mapped_clone(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What git would hand out, and the map of the home page."""
+    """What git would hand out, what a reader has already, and the map of the home page."""
     clone = tmp_path_factory.mktemp("mapped") / "racecar-slam"
     for name in files_of_the_repository():
         (clone / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(REPOSITORY / name, clone / name, follow_symlinks=False)
+    for name, ours in _OF_A_READER.items():
+        shutil.copy2(REPOSITORY / "tests" / "pipelines" / "live" / ours, clone / name)
     run(_PREREQUISITES, clone, environment)
     return clone
 
