@@ -125,8 +125,6 @@ def localize(
     if initial_pose is not None and anywhere:
         raise UserError("--initial-pose and --global exclude each other; give one of them.")
     loaded = load_config(config)
-    start_beside(partial(warm_up_filter, loaded.localization))
-    warm_up(loaded.localization)
     until_the_end = TemporaryDirectory()
     folder = Path(until_the_end.name) if no_memory else memory or state_folder()
 
@@ -143,22 +141,24 @@ def localize(
             localizer.say_what_is_not_read(context.obj)
         return localizer
 
-    with (
-        until_the_end,
-        stop_request(*STOP_SIGNALS) as stop,
-        _page(view, "racecar localizer", view_port, tells_places=True) as page,
-        ros_node(
-            "racecar_localizer", context.obj, partial(ManagedNode, create=partial(create, page))
-        ) as node,
-    ):
-        node.bring_up()
-        try:
-            spin(node, node.survive, stop)
-        finally:
-            node.end()
-            if json is not None:
-                write_json(json, {"command": "racecar live localize", **node.summary()})
-                print(where_figures_are(json))
+    with until_the_end, stop_request(*STOP_SIGNALS) as stop:
+        with stop.looked_for():  # numba drops a KeyboardInterrupt while it loads kernels
+            start_beside(partial(warm_up_filter, loaded.localization))
+            warm_up(loaded.localization)
+        with (
+            _page(view, "racecar localizer", view_port, tells_places=True) as page,
+            ros_node(
+                "racecar_localizer", context.obj, partial(ManagedNode, create=partial(create, page))
+            ) as node,
+        ):
+            node.bring_up()
+            try:
+                spin(node, node.survive, stop)
+            finally:
+                node.end()
+                if json is not None:
+                    write_json(json, {"command": "racecar live localize", **node.summary()})
+                    print(where_figures_are(json))
 
 
 def _continued(flags: Flags) -> Path | None:
