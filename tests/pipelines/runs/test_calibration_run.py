@@ -248,7 +248,7 @@ def test_a_transform_yields_to_wheels_that_drive_hither_and_thither_along_their_
     assert made.uses_odometry == (finding != "place_contradicted")
     if finding == "place_turned":
         assert made.base_from_laser == pytest.approx([0.1, 0.0, np.radians(turned)])
-        assert made.findings[0].remedy.endswith("3.142'.")
+        assert made.findings[0].remedy.endswith(" 3.142.")
 
 
 def reader_items(folder: Path, corrections: Corrections) -> list[Scan | Odometry]:
