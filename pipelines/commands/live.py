@@ -1,6 +1,6 @@
 """``racecar live``: the ROS 2 nodes that run on the car."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -25,6 +25,7 @@ from racecar.pipelines.files.state_folder import state_folder
 from racecar.pipelines.live.ros.arguments import RosCommand
 
 if TYPE_CHECKING:
+    from racecar.pipelines.runs.interrupts import StopRequest
     from racecar.pipelines.studio.watch.watch_screen import WatchScreen
 
 ViewOption = Annotated[
@@ -62,6 +63,20 @@ def _page(
     with open_beside(title, port or 0, partial(WatchScreen, tells_places=tells_places)) as (page, screen):
         teller(quiet=False)(f"Look at {page.address}")
         yield screen
+
+
+@contextmanager
+def _stop_request_once_warm(warm_up: Callable[[], None]) -> "Iterator[StopRequest]":
+    """Load the kernels, then yield whether a stop is requested. Raises KeyboardInterrupt if it was while they
+    were loaded, when numba drops one."""
+    from racecar.pipelines.runs.interrupts import STOP_SIGNALS, stop_request
+
+    with stop_request(*STOP_SIGNALS) as stop:
+        with stop.looked_for():
+            warm_up()
+        if stop.is_made:
+            raise KeyboardInterrupt
+        yield stop
 
 
 @live.command(cls=RosCommand)
@@ -119,7 +134,6 @@ def localize(
     from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
     from racecar.pipelines.live.managed_node import ManagedNode
     from racecar.pipelines.live.ros.run import ros_node, spin
-    from racecar.pipelines.runs.interrupts import STOP_SIGNALS, stop_request
     from racecar.pipelines.runs.other_process import start_beside
 
     if initial_pose is not None and anywhere:
@@ -141,24 +155,26 @@ def localize(
             localizer.say_what_is_not_read(context.obj)
         return localizer
 
-    with until_the_end, stop_request(*STOP_SIGNALS) as stop:
-        with stop.looked_for():  # numba drops a KeyboardInterrupt while it loads kernels
-            start_beside(partial(warm_up_filter, loaded.localization))
-            warm_up(loaded.localization)
-        with (
-            _page(view, "racecar localizer", view_port, tells_places=True) as page,
-            ros_node(
-                "racecar_localizer", context.obj, partial(ManagedNode, create=partial(create, page))
-            ) as node,
-        ):
-            node.bring_up()
-            try:
-                spin(node, node.survive, stop)
-            finally:
-                node.end()
-                if json is not None:
-                    write_json(json, {"command": "racecar live localize", **node.summary()})
-                    print(where_figures_are(json))
+    def load_kernels() -> None:
+        start_beside(partial(warm_up_filter, loaded.localization))
+        warm_up(loaded.localization)
+
+    with (
+        until_the_end,
+        _stop_request_once_warm(load_kernels) as stop,
+        _page(view, "racecar localizer", view_port, tells_places=True) as page,
+        ros_node(
+            "racecar_localizer", context.obj, partial(ManagedNode, create=partial(create, page))
+        ) as node,
+    ):
+        node.bring_up()
+        try:
+            spin(node, node.survive, stop)
+        finally:
+            node.end()
+            if json is not None:
+                write_json(json, {"command": "racecar live localize", **node.summary()})
+                print(where_figures_are(json))
 
 
 def _continued(flags: Flags) -> Path | None:
@@ -204,7 +220,6 @@ def map(
     from racecar.pipelines.live.saving.live_drive import LiveDrive
     from racecar.pipelines.live.saving.map_saving import MapOutput
     from racecar.pipelines.live.work.free_memory import keep_memory_together
-    from racecar.pipelines.runs.interrupts import STOP_SIGNALS, stop_request
 
     settings = load_config(config)
     tell = teller(quiet=False)
@@ -214,7 +229,6 @@ def map(
     keep_memory_together()
     if not anew:
         drive.log.go_on(tell)
-    warm_up()
 
     def create(page: "WatchScreen | None", node: Any, is_first: bool) -> MapperNode:
         mapper = MapperNode(node, drive, page)
@@ -223,7 +237,7 @@ def map(
         return mapper
 
     with (
-        stop_request(*STOP_SIGNALS) as stop,
+        _stop_request_once_warm(warm_up) as stop,
         _page(view, "racecar mapper", view_port, tells_places=False) as page,
         ros_node("racecar_mapper", context.obj, partial(ManagedNode, create=partial(create, page))) as node,
     ):

@@ -2,24 +2,42 @@
 
 import subprocess
 import sys
+from pathlib import Path
+
+import pytest
 
 _NUMBA_DROPS_CTRL_C = """
 import signal
 from contextlib import suppress
 
-from racecar.localization import warm_up
+from racecar.localization import warm_up as of_localizer
+from racecar.mapping import warm_up as of_mapper
 from racecar.pipelines.commands.cli import main
 
-def interrupted(_config):
+def interrupted(*_settings):
     with suppress(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)
 
-warm_up.warm_up = interrupted
+of_localizer.warm_up = of_mapper.warm_up = interrupted
 main()
 """
 
 
-def test_ctrl_c_that_numba_drops_ends_a_localizer(ros: dict[str, str]) -> None:
-    words = (sys.executable, "-c", _NUMBA_DROPS_CTRL_C, "live", "localize", "--map", "ring", "--no-memory")
-    done = subprocess.run(words, env=ros, capture_output=True, text=True, check=False, timeout=60)
-    assert done.returncode in (0, 130) and "Traceback" not in done.stderr
+@pytest.mark.parametrize(
+    "command",
+    [("localize", "--map", "ring", "--no-memory"), ("map", "--out", "out")],
+    ids=lambda words: words[0],
+)
+def test_ctrl_c_that_numba_drops_ends_a_node(
+    command: tuple[str, ...], ros: dict[str, str], tmp_path: Path
+) -> None:
+    done = subprocess.run(
+        (sys.executable, "-c", _NUMBA_DROPS_CTRL_C, "live", *command),
+        env=ros,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert done.returncode == 130 and "Traceback" not in done.stderr
