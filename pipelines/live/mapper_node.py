@@ -31,6 +31,7 @@ from racecar.pipelines.live.display.words import mapper_headline, mapper_words
 from racecar.pipelines.live.intake.first_messages import FirstMessages
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.node import LiveNode
+from racecar.pipelines.live.pause_service import PauseService
 from racecar.pipelines.live.ros.foreign_parameters import SLAM_TOOLBOX, ForeignNode
 from racecar.pipelines.live.ros.messages import fill_pose, header
 from racecar.pipelines.live.saving.drive_log import AnotherDrive, Entry
@@ -137,6 +138,7 @@ class MapperNode(LiveNode):
         self._service = SaveService(
             node, lambda: self.drive.output, self._request_drives, self._extend, self.faults, self._note_saved
         )
+        self._pause_service = PauseService(node, self.worker, self.faults)
         self._memory_schedule = Schedule()
         self._counts: Counter[str] = Counter()
         self._held = HeldScans(self._counts)
@@ -146,6 +148,9 @@ class MapperNode(LiveNode):
         self._stated = OdometryBuffer()
         self._odom_frame = "odom"
         self._pose: Pose | None = None
+        """The car at the last scan, on the map; None before there is one."""
+        self._pose_by_odometry: Pose | None = None
+        """The same as the odometry states it; None without odometry."""
         self._growth: Growth | None = None
         self._longest_backlog = 0.0
         self._pose_topic = node.create_publisher(PoseStamped, "tracked_pose", 10)
@@ -157,6 +162,7 @@ class MapperNode(LiveNode):
             self.worker.put("log", self._map_logged)
         super().start()
         self._service.start()
+        self._pause_service.start()
 
     def stop(self) -> None:
         """Save the map as it is, map all messages received and stop; another Ctrl-C drops those that still
@@ -253,7 +259,8 @@ class MapperNode(LiveNode):
             scan = self.sensors.scan(message, arrival)
             if scan is None or not scan.is_return.any():
                 return
-            scan = self.learning.scan(scan)
+            if not self._pause_service.is_paused:  # since the car may be carried meanwhile
+                scan = self.learning.scan(scan)
             if scan.stamp <= self._last_scan:
                 self.health.note("scans out of order")
                 return
@@ -321,6 +328,10 @@ class MapperNode(LiveNode):
             feed(item, self._mapper)
             return
         stamp, arrival = self._arrivals.pop(item.stamp)
+        by_odometry = self._odometry_at(item.stamp)
+        if self._pause_service.is_paused:
+            self._publish_paused(stamp, by_odometry)
+            return
         if self._pose is None and (last := self._mapper.last_stamp) is not None:
             seconds = max((item.stamp - last) * 1e-9, self._log.broken_off or 0.0)
             self._log.broken_off = None
@@ -331,8 +342,8 @@ class MapperNode(LiveNode):
             self._keep(place)
         self._keep(item)
         self._pose = self._mapper.add_scan(item)
-        self._growth = self._mapper.growth
-        self._publish(stamp, item, self._pose)
+        self._growth, self._pose_by_odometry = self._mapper.growth, by_odometry
+        self._publish(stamp, self._pose, by_odometry)
         self.judge_odometry(self._mapper.frozen_odometry)
         self.judge_turns(self._mapper.turn_model)
         self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
@@ -356,15 +367,24 @@ class MapperNode(LiveNode):
         self.drive.mappers.append(Mapper(self.drive.output.config.mapping))
         self._display.begin_anew()
 
-    def _publish(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
+    def _odometry_at(self, stamp: int) -> Pose | None:
+        """``odom_from_base`` (3,) as the odometry states it; None where it does not."""
+        latest = self._stated.latest_stamp
+        is_covered = latest is not None and abs(latest - stamp) < 10**9
+        return self._stated.pose_at(stamp) if is_covered else None
+
+    def _publish_paused(self, stamp: Any, by_odometry: Pose | None) -> None:
+        """Publish the car where the odometry says that it has driven since the last scan that was mapped."""
+        before, then = self._pose, self._pose_by_odometry
+        if before is not None and then is not None and by_odometry is not None:
+            self._publish(stamp, compose(before, between(then, by_odometry)), by_odometry)
+
+    def _publish(self, stamp: Any, map_from_base: Pose, by_odometry: Pose | None) -> None:
         message = PoseStamped(header=header(stamp, self.parameters.map_frame))
         fill_pose(message.pose, map_from_base)
         self._pose_topic.publish(message)
         self.health.note("poses")
-        latest = self._stated.latest_stamp
-        is_covered = latest is not None and abs(latest - scan.stamp) < 10**9
-        stated = self._stated.pose_at(scan.stamp) if is_covered else None
-        self.transforms.publish(stamp, map_from_base, self._odom_frame, stated)
+        self.transforms.publish(stamp, map_from_base, self._odom_frame, by_odometry)
 
     def _note_saved(self, sentence: str, folder: Path) -> None:
         if folder == self.drive.output.folder:

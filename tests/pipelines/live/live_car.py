@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from tests.pipelines.live.bus import BusNode
 
 SECONDS = 110.0
+USUAL_SPEED = 2.0
+"""m/s at most."""
 
 
 @cache
@@ -33,14 +35,16 @@ def ring() -> OccupancyGrid:
 
 
 @cache
-def simulation(seconds: float = SECONDS) -> Simulation:
-    return Simulation(ring(), SimulationConfig(noise="slight", seed=0, duration=seconds))
+def simulation(seconds: float = SECONDS, max_speed: float = USUAL_SPEED) -> Simulation:
+    return Simulation(ring(), SimulationConfig(noise="slight", seed=0, duration=seconds, max_speed=max_speed))
 
 
 @cache
-def recorded(seconds: float = SECONDS) -> list[tuple[int, Scan | tuple[Odometry, Odometry], Pose]]:
+def recorded(
+    seconds: float = SECONDS, max_speed: float = USUAL_SPEED
+) -> list[tuple[int, Scan | tuple[Odometry, Odometry], Pose]]:
     """What the car says, when, and where it truly is then."""
-    drive = simulation(seconds)
+    drive = simulation(seconds, max_speed)
     truth = dict(zip(drive.ground_truth.stamps.tolist(), drive.ground_truth.map_from_base, strict=True))
     # A sweep is sent when its last beam is in.
     last_beam = round(UST_10LX.time_offsets[-1] * 1e9)
@@ -144,10 +148,11 @@ class LiveCar:
         """Nodes that come later are not told where the laser sits."""
         self.node.destroy_publisher(self._place_topic)
 
-    def drive(self) -> None:
+    def drive(self, seconds: float = SECONDS, max_speed: float = USUAL_SPEED) -> None:
         """From now on, to the end of what is recorded."""
-        bus, first = self.node.bus, recorded()[0][0]
-        for due, said, truth in recorded():
+        bus, all_said = self.node.bus, recorded(seconds, max_speed)
+        first = all_said[0][0]
+        for due, said, truth in all_said:
             bus.at(bus.monotonic + due - first, partial(self.say, said, truth, bus.wall - first))
 
     @contextmanager
