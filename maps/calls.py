@@ -39,10 +39,10 @@ def _checked(function: _Called, call: "_Call") -> _Called:
     def check_and_call(*args: Any, **named: Any) -> Any:
         kinds = call.kinds
         for name, value in zip(kinds, args, strict=False):
-            if not isinstance(value, kinds[name]):
+            if not _is_of(value, kinds[name]):
                 raise call.wrong_type(name, value)
         for name, value in named.items():
-            if not isinstance(value, kinds.get(name, object)):
+            if not _is_of(value, kinds.get(name, (object,))):
                 raise call.wrong_type(name, value)
         try:
             return function(*args, **named)
@@ -71,20 +71,23 @@ class _Call:
         return [name for name in self.kinds if name != "self"]
 
     @property
-    def _form(self) -> str:
-        """As it is called, with the arguments that have no default."""
+    def _required(self) -> list[str]:
+        """The arguments that have no default."""
         parameters = inspect.signature(self._function).parameters.values()
-        required = [each.name for each in parameters if each.default is each.empty and each.name != "self"]
-        return (
-            f"{self._name}({', '.join([*required, *(['...'] if len(self._names) > len(required) else [])])})"
-        )
+        return [each.name for each in parameters if each.default is each.empty and each.name != "self"]
+
+    @property
+    def _form(self) -> str:
+        """As it is called."""
+        others = ["..."] if len(self._names) > len(self._required) else []
+        return f"{self._name}({', '.join([*self._required, *others])})"
 
     def wrong_type(self, name: str, value: object) -> UserError:
         """An argument is of another type."""
         known = " or ".join(dict.fromkeys(_name_of(kind) for kind in _shown(self.kinds[name])))
-        others = [each for each in self._names if object not in self.kinds[each] and each != name]
-        meant = [each for each in others if type(value) in self.kinds[each] and value is not None]
-        order = f"; a {type(value).__name__} is for '{meant[0]}', as in {self._form}" if meant else ""
+        meant = [each for each in self._required if type(value) in self.kinds[each] and each != name]
+        article = "an" if type(value).__name__[0] in "aeiouAEIOU" else "a"
+        order = f"; {article} {type(value).__name__} is for '{meant[0]}', as in {self._form}" if meant else ""
         return UserError(f"{self._name} takes {known} as '{name}', not {_name_of(type(value))}{order}.")
 
     def wrong_names(self, args: tuple[object, ...], named: Mapping[str, object]) -> UserError:
@@ -116,6 +119,13 @@ def _kinds_of(annotation: Any) -> tuple[type, ...]:
     if is_array or annotation is inspect.Parameter.empty or not all(isinstance(kind, type) for kind in kinds):
         return (object,)
     return tuple(each for kind in kinds for each in _ALSO.get(kind, (kind,)))
+
+
+def _is_of(value: object, kinds: tuple[type, ...]) -> bool:
+    """Whether a value is of one of these types; Python takes true and false for the numbers 1 and 0."""
+    if isinstance(value, bool):
+        return bool in kinds or object in kinds
+    return isinstance(value, kinds)
 
 
 def _shown(kinds: tuple[type, ...]) -> list[type]:

@@ -120,6 +120,10 @@ def save_map(
     become unknown, as with map_saver. ``scale`` keeps their percentage; its image is a PNG, since only
     transparent pixels are unknown there. ``raw`` keeps every cell as it is. Readers get what was written.
     """
+    if mode not in MODES:
+        raise UserError(
+            f"There is no mode {_short(mode)} of a map file; it must be one of {', '.join(MODES)}."
+        )
     yaml_path = Path(yaml_path)
     image_path = yaml_path.with_name(yaml_path.stem + _IMAGE_ENDS[mode])
     header = {

@@ -19,6 +19,7 @@ _IN_WORDS = {
     "a valid boolean": "true or false",
     "a valid string": "a text",
     "a valid tuple": "a list",
+    "Keys should be strings": "the name of a setting",
 }
 """For what pydantic says that a value should be."""
 

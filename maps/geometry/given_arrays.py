@@ -64,6 +64,8 @@ def angle_slip(name: str, angle: float) -> str | None:
     """What is wrong with an angle that was given, as the end of a sentence; None if nothing is."""
     if abs(angle) <= _MOST_TURN:
         return None
+    if not math.isfinite(angle):
+        return f"a {name} of {angle:g} is no angle: give radians"
     return (
         f"a {name} of {angle:g} goes round more than once: give radians, {math.radians(angle):.4f} if "
         "these are degrees"

@@ -91,6 +91,8 @@ def _as_cells(cells: NDArray[np.int8]) -> NDArray[np.int8]:
     if isinstance(cells, np.ndarray) and cells.dtype == np.int8:
         return as_array(cells, "The cells of a grid", (None, None), np.int8)
     given = as_array(cells, "The cells of a grid, in percent,", (None, None), np.int64)
+    if np.asarray(cells).dtype == np.bool_:
+        raise UserError("The cells of a grid are true or false; give percent occupied, such as 100 * cells.")
     if given.size and not UNKNOWN <= given.min() <= given.max() <= OCCUPIED:
         raise UserError(
             f"The cells of a grid reach from {given.min()} to {given.max()}; give percent occupied, 0 to "

@@ -88,6 +88,7 @@ class BagReader:
         self._findings: list[Finding] = []
         self._readings: dict[str, ScanReading] = {}
         self._corrections = NO_CORRECTIONS
+        self._is_closed = False
         try:
             self.fingerprint = bag_fingerprint(self.path)
             """Digest of the bag's content."""
@@ -121,6 +122,7 @@ class BagReader:
 
     def close(self) -> None:
         """Close the files."""
+        self._is_closed = True
         self._store.close()
 
     def correct(self, corrections: Corrections) -> None:
@@ -292,6 +294,8 @@ class BagReader:
             raise UserError(f"{self.path} shows nothing: {told}")
 
     def __iter__(self) -> Iterator[Measurement]:
+        if self._is_closed:
+            raise UserError(f"The reader of {self.path} is closed; open the bag again.")
         self.heard = heard = Heard()
         ordered = in_order(self._items(), heard.counts)
         items: Iterator[Measurement] = (item for item in ordered if not heard.is_spike(item))

@@ -216,7 +216,7 @@ def named_topic(topics: Mapping[str, BagTopic], types: Sequence[str], named: str
     if topic.message_type not in types:
         usable = ", ".join(topic.name for topic in topics.values() if topic.message_type in types) or "none"
         raise UserError(
-            f"topic {topic.name} holds {topic.message_type}, not {purpose.lower()}; topics that do: {usable}."
+            f"Topic {topic.name} holds {topic.message_type}, not {purpose.lower()}; topics that do: {usable}."
         )
     return topic
 

@@ -117,6 +117,7 @@ class LocalizationRun:
     def _repr_html_(self) -> str:
         return run_html(self.title, self.quality.summary, self.grid, self.trajectory, len(self.warnings))
 
+    @checked
     def plot(self) -> "Figure":
         """The path over the map and scans at a few moments, as in overlay.png.
 
@@ -247,6 +248,8 @@ def run_localization(
     """
     if initial_pose is not None and anywhere:
         raise UserError("An initial pose and global localization exclude each other; give one of them.")
+    if seed < 0:
+        raise UserError(f"The seed is {seed}; give 0 or more.")
     report, settings = context.report, config.localization
     report.add("inputs", {"seed": seed, "settings": settings.model_dump()})
     with report.stage("loading"):

@@ -110,6 +110,7 @@ class MapRun:
     def _repr_html_(self) -> str:
         return run_html(self.title, self.quality.summary, self._edited, self.trajectory, len(self.warnings))
 
+    @checked
     def plot(self) -> "Figure":
         """The map with the path and the loops closed, as in map.png.
 

@@ -78,7 +78,32 @@ MISTAKES: dict[str, tuple[Callable[[World], object], str]] = {
         "MapRun.save lacks 'folder': call ",
     ),
     "laser of words": (lambda w: w.api.map_bag(w.bag, laser_pose="front"), "give x, y and yaw in metres"),
+    "true as seed": (lambda w: w.api.localize_bag(w.bag, w.run, seed=True), "int as 'seed', not bool."),
+    "plot of a file": (lambda w: w.run.plot("map.png"), "MapRun.plot takes nothing"),
+    "number as topic": (
+        lambda w: w.api.map_bag(w.bag, scan_topic=3),
+        "takes str or Sequence as 'scan_topic', not int.",
+    ),
+    "setting of a number": (
+        lambda w: w.api.map_bag(w.bag, config={1: 2}),
+        "'1': it should be the name of a setting, not 1",
+    ),
     # shapes and values
+    "occupied or not": (
+        lambda w: w.api.OccupancyGrid(CELLS == 0, 0.05, ZERO),
+        "true or false; give percent occupied, such as 100 * cells",
+    ),
+    "one cell": (lambda w: w.run.grid.center_of([3, 4]), "Cells of a grid should be an array (N, 2)"),
+    "points in space": (lambda w: w.run.grid.cell_of(np.zeros((4, 3))), "(N, 2), not one of shape (4, 3)"),
+    "bearings that are unknown": (
+        lambda w: w.scan(bearings=np.full(100, np.nan)),
+        "a bearing of nan is no angle: give radians.",
+    ),
+    "negative seed": (lambda w: w.api.localize_bag(w.bag, w.run, seed=-1), "The seed is -1; give 0 or more."),
+    "no such mode": (
+        lambda w: w.api.save_map(w.run.grid, "map.yaml", mode="grey"),
+        "must be one of trinary, scale, raw",
+    ),
     "ranges of another length": (
         lambda w: w.scan(ranges=np.ones(99)),
         "not one of shape (99,)",
@@ -151,6 +176,7 @@ MISTAKES: dict[str, tuple[Callable[[World], object], str]] = {
         "map_bag takes bag in this order, and by name: config, ",
     ),
     "pose without a map": (lambda w: w.api.map_bag(w.bag, initial_pose=ZERO), "give both, or neither"),
+    "reading what is closed": (lambda w: w.api.map_bag(closed(w)), "is closed; open the bag again."),
     "options after opening": (
         lambda w: mapped_when_open(w, scan_topic="/scan"),
         "is open already: give scan_topic to it",
@@ -186,6 +212,11 @@ MISTAKES: dict[str, tuple[Callable[[World], object], str]] = {
 def mapped_when_open(world: World, **options: object) -> object:
     with world.api.BagReader(world.bag) as reader:
         return world.api.map_bag(reader, **options)
+
+
+def closed(world: World) -> Any:
+    with world.api.BagReader(world.bag) as reader:
+        return reader
 
 
 @contextmanager
