@@ -3,6 +3,10 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.validate_topic_name import validate_topic_name
+
+from racecar.maps.errors import UserError
 from racecar.pipelines.live.ros.message_types import message_class
 from racecar.pipelines.live.ros.qos import sensor_qos
 
@@ -14,9 +18,9 @@ class TypedTopic:
         self, node: Any, name: str, types: Sequence[str], take: Callable[[Any], None], depth: int
     ) -> None:
         """``name`` is subject to remapping. The first of ``types`` is subscribed to until another is
-        published; ``depth`` is the queue size."""
+        published; ``depth`` is the queue size. Raises UserError if ROS has no such names."""
         self._node, self._types, self._take, self._depth = node, types, take, depth
-        self.name: str = node.resolve_topic_name(name)
+        self.name: str = node.resolve_topic_name(_valid(name))
         """With remapping."""
         self.strange: list[str] = []
         """Published types, if none of them is supported."""
@@ -55,3 +59,13 @@ class TypedTopic:
         elif kind != self._type:
             self._node.destroy_subscription(self._subscription)
             self._subscription = None
+
+
+def _valid(name: str) -> str:
+    """Raises UserError if it is no name of a topic."""
+    try:
+        validate_topic_name(name)
+    except InvalidTopicNameException as error:
+        why = str(error).splitlines()[0]
+        raise UserError(f"There can be no topic '{name}', so correct that parameter. {why}") from error
+    return name
