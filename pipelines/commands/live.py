@@ -250,7 +250,6 @@ def map(
                 node.end()
             if not drive.mappers:
                 return
-            node.inform("Optimizing the map; Ctrl-C breaks that off, and keeps the drive for another time.")
             try:
                 drive.save(node.inform)
             finally:

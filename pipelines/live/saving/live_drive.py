@@ -27,6 +27,8 @@ class LiveDrive:
         """Finish the map of the stopped drive and write its files. If that fails or is interrupted, the drive
         stays in the log. Raises UserError when there is no map."""
         is_kept = self.last_stamp is not None
+        if is_kept:
+            inform("Optimizing the map; Ctrl-C breaks that off, and keeps the drive for another time.")
         try:
             for sentence in self.output.save(self.mappers):
                 inform(sentence)

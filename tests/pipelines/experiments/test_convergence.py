@@ -80,7 +80,7 @@ def test_the_start_is_found_on_the_whole_map(drive: Path) -> None:
 
 
 def test_a_start_on_the_map_of_another_place_is_not_found(drive: Path) -> None:
-    with pytest.raises(UserError, match=r"was not found in its first 60 s; give --initial-pose"):
+    with pytest.raises(UserError, match=r"was not found in its first 60 s; give its initial pose "):
         with_known_start(
             bag_recording(drive, Path("track"), partial(BagReader, drive)), LocalizationConfig(), 0
         )

@@ -43,7 +43,7 @@ def test_the_order_does_not_matter(folders: list[Path]) -> None:
         assert [Path(folder).name for folder in told["left_out"]] == ["other"]
         why, remedy = report.warnings
         assert "other was left out: the drive was not recognized" in why
-        assert "with that as the initial pose (--continue and --initial-pose X Y YAW)" in remedy
+        assert "with that as the initial pose (parameters continued and initial_pose" in remedy
         results.append(run.result.session.map_from_keyframe)
     true = np.concatenate([PLACES["whole"], PLACES["part"]])
     assert np.abs(between(true, results[0])).max() < 0.02
@@ -87,7 +87,7 @@ def test_any_map_may_be_the_first(folders: list[Path], tmp_path: Path) -> None:
 
 def test_maps_of_other_places_are_not_merged(folders: list[Path]) -> None:
     whole, _, other = folders
-    told = r"could be joined to \S*whole\. \S*other: the drive was .* --initial-pose X Y YAW.; else "
+    told = r"could be joined to \S*whole\. \S*other: the drive was .* --initial-pose.; else "
     with pytest.raises(UserError, match=told):
         merge_runs([other, whole], Config(), RunContext())
 
