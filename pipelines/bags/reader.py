@@ -303,9 +303,8 @@ class BagReader:
             items = after_their_motion(items, heard.counts, has_odometry=self._motion.odometry is not None)
         yield from (item for item in items if heard.takes(item))
         if not heard.counts["scans"]:
-            raise UserError(
-                f"{self.path} holds no usable scan on {self.scan_topic}: {' '.join(self.warnings)}"
-            )
+            why = " ".join(finding.sentence for finding in self.findings)
+            raise UserError(f"{self.path} holds no usable scan on {self.scan_topic}: {why}")
 
     def _open_scans(self, named: Sequence[str]) -> None:
         topics = self._store.topics
