@@ -148,9 +148,9 @@ class LiveCar:
         """Nodes that come later are not told where the laser sits."""
         self.node.destroy_publisher(self._place_topic)
 
-    def drive(self, seconds: float = SECONDS, max_speed: float = USUAL_SPEED) -> None:
-        """From now on, to the end of what is recorded."""
-        bus, all_said = self.node.bus, recorded(seconds, max_speed)
+    def drive(self, *seconds_and_speed: float) -> None:
+        """From now on, to the end of what is `recorded` so."""
+        bus, all_said = self.node.bus, recorded(*seconds_and_speed)
         first = all_said[0][0]
         for due, said, truth in all_said:
             bus.at(bus.monotonic + due - first, partial(self.say, said, truth, bus.wall - first))

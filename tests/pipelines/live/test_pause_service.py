@@ -32,7 +32,7 @@ def stage(folder: Path) -> Iterator[Stage]:
     with pytest.MonkeyPatch.context() as patch, car_stage() as stage:
         install(patch, "slam_toolbox", Pause=service(status=False))
         stage.map(folder / "out")
-        stage.car.drive(seconds=30.0, max_speed=3.0)
+        stage.car.drive(30.0, 3.0)
         time.sleep(6.0)
         yield stage
 
