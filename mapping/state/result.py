@@ -18,8 +18,7 @@ from racecar.maps.geometry.se2 import Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.maps.trajectory import Trajectory
-from racecar.sensors.findings import Finding
-from racecar.sensors.motion.lag import NOTICEABLE
+from racecar.sensors.motion.lag import NOTICEABLE, lag_finding
 
 WITHOUT_WHEELS = (
     "No wheel odometry was used: lengths of bare corridors are not to be trusted, and fast turns may have "
@@ -148,10 +147,8 @@ def _warnings(state: MapperState) -> list[str]:
         warnings.append(WITHOUT_WHEELS)
     if sentence := state.reckoning.frozen.warning(state.drive.stamps[0]):
         warnings.append(sentence)
-    model = state.reckoning.turns.model
-    if sentence := model.contradiction:
-        told = Finding("gyroscope_contradicts", contradiction=sentence, remedy=model.remedy)
-        warnings.append(told.warning)
+    if (finding := state.reckoning.turns.model.finding) is not None:
+        warnings.append(finding.warning)
     if state.reckoning.scans_left_out > 0:
         warnings.append(
             f"{state.reckoning.scans_left_out} scans of further lasers were left out: without wheel odometry "
@@ -160,6 +157,5 @@ def _warnings(state: MapperState) -> list[str]:
         )
     lag = state.reckoning.odometry_lag.nanoseconds
     if abs(lag) >= NOTICEABLE:
-        side = "behind" if lag > 0 else "ahead of"
-        warnings.append(Finding("odometry_lags", milliseconds=abs(lag) / 1e6, side=side).warning)
+        warnings.append(lag_finding(lag).warning)
     return warnings

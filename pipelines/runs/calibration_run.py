@@ -8,7 +8,7 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.runs.run_context import RunContext
 from racecar.sensors.corrections import Corrections
 from racecar.sensors.findings import Finding
-from racecar.sensors.motion.lag import NOTICEABLE
+from racecar.sensors.motion.lag import NOTICEABLE, lag_finding
 from racecar.sensors.motion.turn_fusion import MAX_SCALE_ERROR, TurnModel
 from racecar.sensors.self_calibration.learned_corrections import KnownSensors, learned_corrections
 from racecar.sensors.self_calibration.odometry_fault import OdometryFault
@@ -73,8 +73,7 @@ def _foreseen_lag(learned: SelfCalibration, made: Corrections) -> list[Finding]:
     lag = 0 if learned.turns is None or not made.uses_odometry else learned.turns.lag
     if not NOTICEABLE <= abs(lag) <= USUAL_LAG:
         return []
-    side = "behind" if lag > 0 else "ahead of"
-    return [Finding("odometry_lags", milliseconds=abs(lag) / 1e6, side=side)]
+    return [lag_finding(lag)]
 
 
 def _foreseen_gyro(learned: SelfCalibration, made: Corrections) -> list[Finding]:

@@ -48,7 +48,7 @@ from racecar.pipelines.runs.mapping_drive import MappingDrive
 from racecar.pipelines.runs.output_places import OutputFolder, check_saving
 from racecar.pipelines.runs.run_context import RunContext
 from racecar.pipelines.runs.view.recorder import Recorder, recording
-from racecar.sensors.findings import Finding, times
+from racecar.sensors.findings import times
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
@@ -362,10 +362,8 @@ def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader) -> 
         report.add("laser", {"turned_by": localizer.calibration.laser_turn})
     if reader.imu_topic is not None:
         report.add("gyroscope", localizer.turn_model.figures)
-    model = localizer.turn_model
-    contradiction = None
-    if (why := model.contradiction) is not None:
-        contradiction = Finding("gyroscope_contradicts", contradiction=why, remedy=model.remedy).warning
+    finding = localizer.turn_model.finding
+    contradiction = None if finding is None else finding.warning
     hung = localizer.frozen_odometry.warning(run.estimates[0].stamp)
     is_localized = run.quality.verdict == DriveVerdict.LOCALIZED  # a lost car would learn errors
     learned = localizer.calibration

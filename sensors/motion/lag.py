@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.sensors.findings import Finding
 from racecar.sensors.motion.lag_estimate import Blocks, blocks_of, known_lag
 from racecar.sensors.motion.odometry_buffer import OdometryBuffer
 from racecar.sensors.motion.turn_windows import TurnWindows, turn_windows
@@ -32,6 +33,11 @@ _TURN_UNTIL_SETTLED = 4.0
 by judgement: two turns on the spot would show it."""
 _MAX_BLOCKS = 200
 """Number of blocks kept, because clocks drift: a few minutes of driving."""
+
+
+def lag_finding(lag: int) -> Finding:
+    """That odometry stamps lag behind the scans' by nanoseconds, or are ahead of them if negative."""
+    return Finding("odometry_lags", milliseconds=abs(lag) / 1e6, side="behind" if lag > 0 else "ahead of")
 
 
 class KnownLag(NamedTuple):

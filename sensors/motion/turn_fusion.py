@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from racecar.maps.geometry.se2 import Pose, wrap_angle
+from racecar.sensors.findings import Finding
 
 MAX_SCALE_ERROR = 0.15
 """Maximum relative error of the scale. More means a gyroscope of another device, in other units or about
@@ -137,6 +138,14 @@ class TurnModel:
         return (
             "Make sure that its driver reports radians per second about the axis that points up, or leave "
             "it out (parameter use_imu, flag --no-imu; live by remapping imu)."
+        )
+
+    @property
+    def finding(self) -> Finding | None:
+        """What is wrong and its remedy; None if the scans do not contradict the gyroscope."""
+        why = self.contradiction
+        return (
+            None if why is None else Finding("gyroscope_contradicts", contradiction=why, remedy=self.remedy)
         )
 
     def _scales_by(self, plain: float) -> bool:

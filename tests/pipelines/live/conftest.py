@@ -1,6 +1,7 @@
 """What nodes say over DDS is kept to this machine, and to a domain of each test module."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -21,3 +22,9 @@ def domain() -> Iterator[None]:
         patch.setenv("ROS_DOMAIN_ID", str(next_domain()))
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         yield
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the nodes of a test module write into."""
+    return tmp_path_factory.mktemp("live")

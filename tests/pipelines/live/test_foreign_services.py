@@ -17,11 +17,6 @@ from tests.pipelines.live.stage import Stage, car_stage, initial_pose
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("services")
-
-
-@pytest.fixture(scope="module")
 def mapped(folder: Path) -> Iterator[Stage]:
     """A mapper that has driven for some seconds, and saves in this process."""
     from racecar.pipelines.live.saving import map_saving

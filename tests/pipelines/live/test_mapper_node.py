@@ -21,11 +21,6 @@ from tests.pipelines.live.stage import Stage, mapper_stage, wait_for
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("mapping")
-
-
-@pytest.fixture(scope="module")
 def stage(folder: Path) -> Iterator[Stage]:
     with mapper_stage(folder) as stage:
         yield stage

@@ -22,11 +22,6 @@ _PAUSE = 3.0
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("pausing")
-
-
-@pytest.fixture(scope="module")
 def stage(folder: Path) -> Iterator[Stage]:
     """A mapper of a car that drives at 3 m/s."""
     with pytest.MonkeyPatch.context() as patch, car_stage() as stage:
